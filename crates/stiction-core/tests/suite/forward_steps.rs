@@ -76,7 +76,9 @@ fn r6_stops_as_in_closed_form() {
         // gains. The spring force is evaluated in the middle of a step.
         assert!((dissipated - 0.4998195).abs() < 2e3 * tolerance.sqrt() * 1e-2);
     }
-    assert!(errors[0] < 5e-4 && errors[1] < 0.3 * errors[0], "{errors:?}");
+    // The steps without a reversal are extrapolated, those with a reversal are shortened: the error
+    // decreases almost as much as the tolerance.
+    assert!(errors[0] < 5e-5 && errors[1] < 0.05 * errors[0], "{errors:?}");
 }
 
 /// The same mass with a static coefficient of 0.3. At its fourth turning point, 0.1 - 8 * 0.00981
@@ -186,5 +188,5 @@ fn both_methods_give_the_same_motion() {
     // that is proportional to the square of the step: it decreases by a factor of a hundred, except
     // for steps shortened in both runs by events and the start. The method without extrapolation
     // has errors of 1.8e-5 and 3.3e-6.
-    assert!(errors[0] < 1e-6 && errors[1] < 0.2 * errors[0], "{errors:?}");
+    assert!(errors[0] < 5e-6 && errors[1] < 0.1 * errors[0], "{errors:?}");
 }

@@ -265,12 +265,12 @@ impl<'a> Simulation<'a> {
         tape.numbers([&mut window.1, &mut phase.0, &mut phase.1]);
         let mut steps = self.stepping.is_some();
         tape.flag(&mut steps);
-        let none = Stepping { step: 0.0, quiet: 0, wait: 0, credit: 0 };
+        let none = Stepping { step: 0.0, quiet: 0, wait: 0, refinements: 0 };
         let stepping = self.stepping.get_or_insert(none);
         tape.number(&mut stepping.step);
         tape.count(&mut stepping.quiet);
         tape.count(&mut stepping.wait);
-        tape.count(&mut stepping.credit);
+        tape.count(&mut stepping.refinements);
         if !steps {
             self.stepping = None;
         }

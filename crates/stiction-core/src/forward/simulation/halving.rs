@@ -9,10 +9,9 @@ use crate::forward::time_stepping::TimeStep;
 use crate::kinematics::State;
 use crate::parameters::Parameters;
 
-/// Tolerated difference of the rates between one whole step and two half steps of a smooth motion,
-/// as a multiple of the tolerance and of the largest rate. The error that extrapolation leaves is
-/// much smaller.
-const SMOOTH: f64 = 100.0;
+/// Tolerated value of [`Simulation::rates_apart`] in steps that are extrapolated. The error that
+/// extrapolation leaves is much smaller.
+pub(super) const SMOOTH: f64 = 100.0;
 
 impl Simulation<'_> {
     /// Computes one whole step, and two steps of half its length, from the same start.
@@ -56,19 +55,13 @@ impl Simulation<'_> {
         moved.chain(rates).chain(states).fold(0.0, f64::max) / tolerance
     }
 
-    /// Returns the largest difference of a rate between one whole step and two half steps in units
-    /// of its tolerance. In contrast to [`Self::apart`], the tolerance does not grow as steps become
-    /// shorter: the error of a rate at a stick-slip transition stays in the motion after it.
-    pub(super) fn rates_apart(
-        &self,
-        whole: &StepResult,
-        halves: &StepResult,
-        transition: bool,
-    ) -> f64 {
-        let factor = if transition { 1.0 } else { SMOOTH };
-        let largest = self.fastest_rate.max(self.natural_rate());
-        let tolerance = factor * self.settings.time_step_tolerance * largest;
-        self.change(&whole.state, &halves.state) / tolerance
+    /// Returns the largest difference of a rate between one whole step and two half steps, divided by
+    /// the largest rate, in units of the tolerance. In contrast to [`Self::apart`], it is not
+    /// multiplied by the step: the error of a rate at a transition stays in the motion after it.
+    pub(super) fn rates_apart(&self, whole: &StepResult, halves: &StepResult) -> f64 {
+        let rates = whole.state.rates.iter().zip(&self.model.columns).map(|(v, c)| (v / c).abs());
+        let largest = rates.fold(self.fastest_rate.max(self.natural_rate()), f64::max);
+        self.change(&whole.state, &halves.state) / (self.settings.time_step_tolerance * largest)
     }
 
     /// Returns the natural rate `sqrt(gravity / length)`, rad/s.
@@ -84,49 +77,63 @@ impl Simulation<'_> {
         rates.map(|((a, b), c)| (a - b).abs() / c).fold(0.0, f64::max)
     }
 
+    /// Returns true if an interface has a law with bristles or a regularised law. Steps are longer than
+    /// the times in which friction of such a law settles, so their error is not quadratic.
+    pub(super) fn has_stiff_laws(&self) -> bool {
+        let interfaces = &self.model.parameters.interfaces;
+        let mut laws = interfaces.iter().flat_map(|interface| interface.laws());
+        laws.any(|law| law.bristles.is_some() || law.regularisation.is_some())
+    }
+
     /// Returns the end of two half steps without the leading term of their error, by Richardson's
-    /// extrapolation with the whole step. The term is quadratic in the length of the step only if
-    /// the motion is smooth, without a stick-slip transition. Returns the half steps as they are if
-    /// the extrapolation reverses the slip of an interface or cannot satisfy the constraints.
+    /// extrapolation with the whole step, and true. The term is quadratic in the length of the step
+    /// only if the motion is smooth, without a reversal or stick-slip transition. Returns the half
+    /// steps as they are, and false, if a friction would not oppose the extrapolated sliding, or if
+    /// the extrapolated state cannot satisfy the constraints.
     pub(super) fn extrapolated(
-        &self,
+        &mut self,
         time: f64,
         whole: &StepResult,
         first: &StepResult,
-        second: StepResult,
+        mut second: StepResult,
         inputs: &mut dyn Inputs,
-    ) -> StepResult {
-        if second.frozen.iter().all(|f| *f) {
-            return second;
-        }
+    ) -> (StepResult, bool) {
         let extrapolate = |halves: &mut [f64], whole: &[f64]| {
             halves.iter_mut().zip(whole).for_each(|(b, a)| *b += *b - a);
         };
-        let mut state = second.state.clone();
-        extrapolate(&mut state.coordinates, &whole.state.coordinates);
-        extrapolate(&mut state.rates, &whole.state.rates);
-        let targets = self.model.targets(time, inputs);
-        let projected =
-            self.model.project(time, &mut state, &targets, &second.anchors, &second.frozen);
-        if projected.is_err()
-            || !state.coordinates.iter().chain(&state.rates).all(|x| x.is_finite())
-        {
-            return second;
+        if second.frozen.iter().all(|f| *f) {
+            extrapolate(&mut second.time_step.input_states, &whole.time_step.input_states);
+            return (second, true);
         }
         let mut velocities = second.time_step.velocities.clone();
         extrapolate(velocities.as_flattened_mut(), whole.time_step.velocities.as_flattened());
-        let reverses = |(mode, velocity): (&InterfaceMode, &[f64; 3])| match mode {
-            InterfaceMode::Slides(direction) => dot(*direction, *velocity) <= 0.0,
-            _ => false,
-        };
-        if second.time_step.modes.iter().zip(&velocities).any(reverses) {
-            return second;
+        let TimeStep { modes, frictions, .. } = &second.time_step;
+        let each = modes.iter().zip(frictions).zip(&velocities);
+        let mut opposes = each.map(|((mode, friction), velocity)| {
+            let direction =
+                if let InterfaceMode::Slides(direction) = mode { direction } else { friction };
+            dot(*direction, *velocity) >= 0.0 && dot(*friction, *velocity) >= 0.0
+        });
+        if !opposes.all(|opposes| opposes) {
+            return (second, false);
         }
-        let StepResult { mut time_step, anchors, frozen, .. } = second;
-        time_step.velocities = velocities;
-        extrapolate(&mut time_step.input_states, &whole.time_step.input_states);
-        extrapolate(time_step.bristles.as_flattened_mut(), whole.time_step.bristles.as_flattened());
-        let (a, b, all) = (&first.time_step.work, &mut time_step.work, &whole.time_step.work);
+        let mut state = second.state.clone();
+        extrapolate(&mut state.coordinates, &whole.state.coordinates);
+        extrapolate(&mut state.rates, &whole.state.rates);
+        let model = self.model;
+        let targets = model.targets(time, inputs);
+        let held = (&second.anchors[..], &second.frozen[..]);
+        let workspace = &mut self.workspace.projection;
+        let projected = model.project_in(time, &mut state, &targets, held, workspace);
+        let mut all = state.coordinates.iter().chain(&state.rates);
+        if projected.is_err() || !all.all(|x| x.is_finite()) {
+            return (second, false);
+        }
+        second.state = state;
+        second.time_step.velocities = velocities;
+        extrapolate(&mut second.time_step.input_states, &whole.time_step.input_states);
+        let (a, b, all) =
+            (&first.time_step.work, &mut second.time_step.work, &whole.time_step.work);
         let sum = |b: &mut [f64], a: &[f64], all: &[f64]| {
             let each = b.iter_mut().zip(a).zip(all);
             each.for_each(|((b, a), all)| *b += *b + a - all);
@@ -135,7 +142,7 @@ impl Simulation<'_> {
         sum(&mut b.interfaces, &a.interfaces, &all.interfaces);
         b.loads += b.loads + a.loads - all.loads;
         b.dampers += b.dampers + a.dampers - all.dampers;
-        StepResult { time_step, state, anchors, frozen }
+        (second, true)
     }
 }
 

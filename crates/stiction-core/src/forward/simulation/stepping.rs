@@ -1,7 +1,7 @@
 //! Time-stepping method: step control, velocity jumps, results at the ends of steps.
 
 use super::between::Interpolation;
-use super::halving::same_slip;
+use super::halving::{SMOOTH, same_slip};
 use super::{Energies, Event, EventKind, Method, RateJump, Simulation};
 use crate::forward::Forward;
 use crate::forward::affine_friction::{InterfaceMode, norm};
@@ -14,8 +14,8 @@ use crate::forward::time_stepping::{StepStart, TimeStep};
 use crate::kinematics::{Bodies, State};
 use crate::mechanism::JointId;
 
-/// Length, s, of the first time step after a change to the time-stepping method, and of the steps
-/// below which no step is shortened because of a stick-slip transition.
+/// Length, s, of the first time step after a change to the time-stepping method. Steps that are not
+/// longer are not shortened because of the error of the rates.
 pub(super) const FIRST: f64 = 1e-6;
 /// Changes of the rates in a time step count as round-off if they are below this fraction of the
 /// largest rate that the step would reach without friction.
@@ -25,13 +25,12 @@ const STILL: f64 = 1e-9;
 const JUMP: f64 = 1e-4;
 /// Length, s, of the steps in which jumps are detected. Longer steps with a jump are shortened.
 const SHORTEST_BEFORE_JUMP: f64 = 1e-8;
-/// Number of steps without a stick-slip transition that pay for a shorter step at a transition, and
-/// for the steps until the step size has recovered. Transitions that follow each other so densely
-/// that they cannot be paid for are not refined.
+/// Number of steps without a reversal or stick-slip transition after which one more step at a
+/// transition may be shortened because of the error of the rates. Where transitions follow each
+/// other more densely, their steps are not shortened for this reason.
 const REFINEMENT: usize = 8;
-/// Largest number of steps that are saved for refinements: enough for a step ten thousand times
-/// shorter.
-pub(super) const CREDIT: usize = 4 * REFINEMENT;
+/// Upper limit of [`Stepping::refinements`], and its value at the start.
+pub(super) const REFINEMENTS: usize = 4 * REFINEMENT;
 /// Longer steps, s, that are tried if the shortest step has no solution. The change of velocity in
 /// such a step is recorded as a jump.
 const LONGER: [f64; 4] = [1e-6, 1e-5, 1e-4, 1e-3];
@@ -48,8 +47,9 @@ pub(super) struct Stepping {
     /// Number of steps without a stick-slip transition after which the simulation tries the
     /// event-driven method again.
     pub(super) wait: usize,
-    /// What is left for short steps at stick-slip transitions, see [`REFINEMENT`].
-    pub(super) credit: usize,
+    /// Remaining budget for shorter steps at transitions: each step without a transition adds one, and
+    /// each shortened step takes [`REFINEMENT`].
+    pub(super) refinements: usize,
 }
 
 /// Result of a time step after projection onto the constraints.
@@ -230,14 +230,10 @@ impl Simulation<'_> {
             };
             let each = [&whole, &first, &second].map(|result| &result.time_step.modes[..]);
             let transition = !each.iter().all(|after| same_slip(&modes, after));
-            let mut error = self.apart(&whole, &second, step);
-            let of_rates = self.rates_apart(&whole, &second, transition);
-            if !transition {
-                error = error.max(of_rates);
-            } else if of_rates > 1.0 && step > FIRST && stepping.credit >= REFINEMENT {
-                stepping.credit -= REFINEMENT;
-                error = error.max(of_rates);
-            }
+            let (apart, of_rates) =
+                (self.apart(&whole, &second, step), self.rates_apart(&whole, &second));
+            let smooth = !transition && !self.has_stiff_laws();
+            let error = if smooth && step > FIRST { apart.max(of_rates / SMOOTH) } else { apart };
             // The velocities jump if their change in one half of the step is nearly as large as
             // their change in the whole step.
             let all = self.change(&from, &whole.state);
@@ -253,19 +249,26 @@ impl Simulation<'_> {
                 stepping.step = (step * factor).max(0.9 * SHORTEST_BEFORE_JUMP);
                 continue;
             }
+            let accurate = error <= 1.0 && !jumps && !is_last_resort;
+            let to = if step == left { end } else { time + step };
+            let (second, extrapolated) = if smooth && accurate {
+                self.extrapolated(to, &whole, &first, second, inputs)
+            } else {
+                (second, false)
+            };
+            let refines = accurate && !extrapolated && (transition || smooth);
+            if refines && of_rates > 1.0 && step > FIRST && stepping.refinements >= REFINEMENT {
+                stepping.refinements -= REFINEMENT;
+                stepping.step = (step * (0.8 / of_rates).clamp(0.1, 0.7)).max(FIRST);
+                continue;
+            }
             if jumps || is_last_resort {
                 self.record_jump(&second.time_step, &second.state, time, all);
             }
             let grow = if error > 0.0 { (0.8 / error.sqrt()).clamp(0.3, 2.0) } else { 2.0 };
-            let next = step * grow;
+            let next = (step * grow).max(0.9 * SHORTEST_BEFORE_JUMP);
             stepping.step = if shortened { next.max(stepping.step) } else { next };
-            let to = if step == left { end } else { time + step };
             let before = self.modes.clone();
-            let second = if transition || jumps || is_last_resort {
-                second
-            } else {
-                self.extrapolated(to, &whole, &first, second, inputs)
-            };
             self.add(&first.time_step.work);
             self.settle(to, second, inputs);
             self.record_mode_changes(&before);
@@ -274,7 +277,8 @@ impl Simulation<'_> {
                 .zip(&self.modes)
                 .all(|(a, b)| std::mem::discriminant(a) == std::mem::discriminant(b));
             stepping.quiet = if same { stepping.quiet + 1 } else { 0 };
-            stepping.credit = CREDIT.min(stepping.credit + usize::from(same));
+            let earned = usize::from(!transition);
+            stepping.refinements = REFINEMENTS.min(stepping.refinements + earned);
             self.stepping = Some(stepping);
             return self.leave_stepping(inputs);
         }
