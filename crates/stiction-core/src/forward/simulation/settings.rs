@@ -19,7 +19,7 @@ pub struct Settings {
     /// Integration scheme: event-driven, time-stepping, or automatic.
     pub method: Method,
     /// Tolerance of a step of the time-stepping method: of coordinates, rad or characteristic
-    /// lengths, and, relative to the largest rate, of rates at isolated stick-slip transitions.
+    /// lengths, and of rates at isolated stick-slip transitions, relative to the speed of the motion.
     pub time_step_tolerance: f64,
 }
 

@@ -14,8 +14,8 @@ use crate::forward::time_stepping::{StepStart, TimeStep};
 use crate::kinematics::{Bodies, State};
 use crate::mechanism::JointId;
 
-/// Length, s, of the first time step after a change to the time-stepping method. Steps that are not
-/// longer are not shortened because of the error of the rates.
+/// Length, s, of the first time step after a change to the time-stepping method. Smooth
+/// steps that are not longer are not shortened because of the error of the rates.
 pub(super) const FIRST: f64 = 1e-6;
 /// Changes of the rates in a time step count as round-off if they are below this fraction of the
 /// largest rate that the step would reach without friction.
@@ -25,6 +25,10 @@ const STILL: f64 = 1e-9;
 const JUMP: f64 = 1e-4;
 /// Length, s, of the steps in which jumps are detected. Longer steps with a jump are shortened.
 const SHORTEST_BEFORE_JUMP: f64 = 1e-8;
+/// Length, s, to which a step may be shortened because of the error of the rates at a transition.
+const SHORTEST_AT_TRANSITION: f64 = 1e-7;
+/// End of a step before a reversal, as a fraction of the estimated time to the reversal.
+const BEFORE_REVERSAL: f64 = 0.98;
 /// Number of steps without a reversal or stick-slip transition after which one more step at a
 /// transition may be shortened because of the error of the rates. Where transitions follow each
 /// other more densely, their steps are not shortened for this reason.
@@ -256,10 +260,21 @@ impl Simulation<'_> {
             } else {
                 (second, false)
             };
-            let refines = accurate && !extrapolated && (transition || smooth);
-            if refines && of_rates > 1.0 && step > FIRST && stepping.refinements >= REFINEMENT {
+            let mut refinement = None;
+            if accurate && !extrapolated && (transition || smooth) {
+                let shorter = step * (0.8 / of_rates).clamp(0.1, 0.7);
+                refinement = match self.reversal(&whole, step) {
+                    Some((error, time)) if error > 1.0 => Some(BEFORE_REVERSAL * time),
+                    _ if of_rates > 1.0 => Some(shorter),
+                    _ => None,
+                };
+            }
+            if let Some(shorter) = refinement.map(|step| step.max(SHORTEST_AT_TRANSITION))
+                && shorter < step
+                && stepping.refinements >= REFINEMENT
+            {
                 stepping.refinements -= REFINEMENT;
-                stepping.step = (step * (0.8 / of_rates).clamp(0.1, 0.7)).max(FIRST);
+                stepping.step = shorter;
                 continue;
             }
             if jumps || is_last_resort {
