@@ -14,8 +14,8 @@ use crate::forward::time_stepping::{StepStart, TimeStep};
 use crate::kinematics::{Bodies, State};
 use crate::mechanism::JointId;
 
-/// Length, s, of the first time step after a change to the time-stepping method. Smooth
-/// steps that are not longer are not shortened because of the error of the rates.
+/// Length, s, of the first time step after a change to the time-stepping method. Steps
+/// that are not longer are not extrapolated.
 pub(super) const FIRST: f64 = 1e-6;
 /// Changes of the rates in a time step count as round-off if they are below this fraction of the
 /// largest rate that the step would reach without friction.
@@ -236,8 +236,10 @@ impl Simulation<'_> {
             let transition = !each.iter().all(|after| same_slip(&modes, after));
             let (apart, of_rates) =
                 (self.apart(&whole, &second, step), self.rates_apart(&whole, &second));
-            let smooth = !transition && !self.has_stiff_laws();
-            let error = if smooth && step > FIRST { apart.max(of_rates / SMOOTH) } else { apart };
+            // Where velocities grow without bound before they jump, accurate steps would become shorter
+            // and shorter, and never reach the jump.
+            let smooth = !transition && step > FIRST && !self.has_stiff_laws();
+            let error = if smooth { apart.max(of_rates / SMOOTH) } else { apart };
             // The velocities jump if their change in one half of the step is nearly as large as
             // their change in the whole step.
             let all = self.change(&from, &whole.state);
