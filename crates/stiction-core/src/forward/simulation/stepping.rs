@@ -14,8 +14,8 @@ use crate::forward::time_stepping::{StepStart, TimeStep};
 use crate::kinematics::{Bodies, State};
 use crate::mechanism::JointId;
 
-/// Length, s, of the first time step after a change to the time-stepping method. Steps
-/// that are not longer are not extrapolated.
+/// Length, s, of the first time step after a change to the time-stepping method. Steps that are not
+/// longer are neither extrapolated nor shortened because of the error of their rates.
 pub(super) const FIRST: f64 = 1e-6;
 /// Changes of the rates in a time step count as round-off if they are below this fraction of the
 /// largest rate that the step would reach without friction.
@@ -25,6 +25,9 @@ const STILL: f64 = 1e-9;
 const JUMP: f64 = 1e-4;
 /// Length, s, of the steps in which jumps are detected. Longer steps with a jump are shortened.
 const SHORTEST_BEFORE_JUMP: f64 = 1e-8;
+/// Largest error of a smooth step because of its rates, as a multiple of the error because of its
+/// coordinates. Steps are therefore at most ten times shorter than the coordinates require.
+const OF_RATES: f64 = 100.0;
 /// Length, s, to which a step may be shortened because of the error of the rates at a transition.
 const SHORTEST_AT_TRANSITION: f64 = 1e-7;
 /// End of a step before a reversal, as a fraction of the estimated time to the reversal.
@@ -236,10 +239,13 @@ impl Simulation<'_> {
             let transition = !each.iter().all(|after| same_slip(&modes, after));
             let (apart, of_rates) =
                 (self.apart(&whole, &second, step), self.rates_apart(&whole, &second));
-            // Where velocities grow without bound before they jump, accurate steps would become shorter
-            // and shorter, and never reach the jump.
-            let smooth = !transition && step > FIRST && !self.has_stiff_laws();
-            let error = if smooth { apart.max(of_rates / SMOOTH) } else { apart };
+            // Where velocities grow without bound before they jump, steps with accurate rates would
+            // become shorter and shorter, and never reach the jump. Coordinates limit the steps much
+            // less there.
+            let refines = step > FIRST;
+            let smooth = refines && !transition && !self.has_stiff_laws();
+            let of_smooth = (of_rates / SMOOTH).min(OF_RATES * apart);
+            let error = if smooth { apart.max(of_smooth) } else { apart };
             // The velocities jump if their change in one half of the step is nearly as large as
             // their change in the whole step.
             let all = self.change(&from, &whole.state);
@@ -257,13 +263,13 @@ impl Simulation<'_> {
             }
             let accurate = error <= 1.0 && !jumps && !is_last_resort;
             let to = if step == left { end } else { time + step };
-            let (second, extrapolated) = if smooth && accurate {
+            let (second, extrapolated) = if smooth && accurate && of_rates <= SMOOTH {
                 self.extrapolated(to, &whole, &first, second, inputs)
             } else {
                 (second, false)
             };
             let mut refinement = None;
-            if accurate && !extrapolated && (transition || smooth) {
+            if refines && accurate && !extrapolated && (transition || smooth) {
                 let shorter = step * (0.8 / of_rates).clamp(0.1, 0.7);
                 refinement = match self.reversal(&whole, step) {
                     Some((error, time)) if error > 1.0 => Some(BEFORE_REVERSAL * time),
@@ -283,7 +289,7 @@ impl Simulation<'_> {
                 self.record_jump(&second.time_step, &second.state, time, all);
             }
             let grow = if error > 0.0 { (0.8 / error.sqrt()).clamp(0.3, 2.0) } else { 2.0 };
-            let next = (step * grow).max(0.9 * SHORTEST_BEFORE_JUMP);
+            let next = step * grow;
             stepping.step = if shortened { next.max(stepping.step) } else { next };
             let before = self.modes.clone();
             self.add(&first.time_step.work);
