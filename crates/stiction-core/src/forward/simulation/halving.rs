@@ -12,6 +12,9 @@ use crate::parameters::Parameters;
 /// Tolerated value of [`Simulation::rates_apart`] in steps that are extrapolated. The error that
 /// extrapolation leaves is much smaller.
 pub(super) const SMOOTH: f64 = 10.0;
+/// Largest value of [`Simulation::rates_apart`] in steps with steady accelerations that are
+/// extrapolated. It exceeds [`SMOOTH`] because coordinates limit how far steps are shortened.
+pub(super) const EXTRAPOLATED: f64 = 50.0;
 
 impl Simulation<'_> {
     /// Computes one whole step, and two steps of half its length, from the same start.

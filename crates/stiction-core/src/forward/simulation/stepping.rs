@@ -1,7 +1,7 @@
 //! Time-stepping method: step control, velocity jumps, results at the ends of steps.
 
 use super::between::Interpolation;
-use super::halving::{SMOOTH, same_slip};
+use super::halving::{EXTRAPOLATED, SMOOTH, same_slip};
 use super::{Energies, Event, EventKind, Method, RateJump, Simulation};
 use crate::forward::Forward;
 use crate::forward::affine_friction::{InterfaceMode, norm};
@@ -28,6 +28,11 @@ const SHORTEST_BEFORE_JUMP: f64 = 1e-8;
 /// Largest error of a smooth step because of its rates, as a multiple of the error because of its
 /// coordinates. Steps are therefore at most ten times shorter than the coordinates require.
 const OF_RATES: f64 = 100.0;
+/// Largest ratio between the changes of the rates in the two halves of a step for which the
+/// acceleration counts as steady.
+const STEADY: f64 = 1.2;
+/// Length, s, above which an acceleration may count as steady. Shorter steps occur near jumps.
+const SHORTEST_STEADY: f64 = 1e-5;
 /// Length, s, to which a step may be shortened because of the error of the rates at a transition.
 const SHORTEST_AT_TRANSITION: f64 = 1e-7;
 /// End of a step before a reversal, as a fraction of the estimated time to the reversal.
@@ -249,8 +254,9 @@ impl Simulation<'_> {
             // The velocities jump if their change in one half of the step is nearly as large as
             // their change in the whole step.
             let all = self.change(&from, &whole.state);
-            let one =
-                self.change(&from, &first.state).max(self.change(&first.state, &second.state));
+            let [early, late] = [(&from, &first.state), (&first.state, &second.state)]
+                .map(|(from, to)| self.change(from, to));
+            let one = early.max(late);
             // Jumps are compared with the largest rate so far, or with the natural rate times `JUMP`
             // if that is larger.
             let slow = self.fastest_rate.max(JUMP * self.natural_rate());
@@ -263,7 +269,9 @@ impl Simulation<'_> {
             }
             let accurate = error <= 1.0 && !jumps && !is_last_resort;
             let to = if step == left { end } else { time + step };
-            let (second, extrapolated) = if smooth && accurate && of_rates <= SMOOTH {
+            let steady = step > SHORTEST_STEADY && one <= STEADY * early.min(late);
+            let most = if steady { EXTRAPOLATED } else { SMOOTH };
+            let (second, extrapolated) = if smooth && accurate && of_rates <= most {
                 self.extrapolated(to, &whole, &first, second, inputs)
             } else {
                 (second, false)
