@@ -24,7 +24,7 @@ use super::complementarity::Members;
 use super::data::{Data, FrictionDistribution};
 use super::error::ForwardError;
 use super::inputs::{InputState, Inputs};
-use super::mass_matrix::{damped, power_of_loads};
+use super::mass_matrix::{MassMatrix, damped, power_of_loads};
 use super::simulation::Energies;
 use super::solve::Unsolved;
 use crate::friction::{Bristles, Law};
@@ -62,6 +62,8 @@ pub(super) struct TimeStep {
     /// Actuator efforts, averaged over the step, N or N m.
     pub(super) drives: Vec<f64>,
     pub(super) response: Response,
+    /// Masses at the middle of the step.
+    pub(super) masses: MassMatrix,
     /// Largest rate of the spanning tree at the end of the step if friction were absent, rad/s or
     /// characteristic lengths per second.
     pub(super) free_rate: f64,
@@ -355,6 +357,7 @@ impl Forward {
             mobility: balance.mobility(topology.dofs()),
             distance: balance.distance(),
             response,
+            masses: data.masses.clone(),
             free_rate,
             work,
         }

@@ -76,7 +76,9 @@ fn r6_stops_as_in_closed_form() {
         // gains. The spring force is evaluated in the middle of a step.
         assert!((dissipated - 0.4998195).abs() < 2e3 * tolerance.sqrt() * 1e-2);
     }
-    assert!(errors[0] < 5e-4 && errors[1] < 0.3 * errors[0], "{errors:?}");
+    // The steps without a reversal are extrapolated, those with a reversal are shortened: the error
+    // decreases almost as much as the tolerance.
+    assert!(errors[0] < 5e-5 && errors[1] < 0.05 * errors[0], "{errors:?}");
 }
 
 /// The same mass with a static coefficient of 0.3. At its fourth turning point, 0.1 - 8 * 0.00981
@@ -155,28 +157,36 @@ fn jumps_of_velocities_are_reported() {
     assert!((lost - 0.5 * 0.3 * 0.3 - on_the_way).abs() < 1e-6, "{lost}");
 }
 
-/// Both methods yield the same motion of the symmetric 3-RPS robot with friction in guides and
-/// pins.
+/// Both methods yield the same motion of the symmetric 3-RPS robot with friction in guides and pins.
+/// The comparison starts in motion: at rest the distribution of static friction is not unique, and
+/// the methods may choose different interfaces that slip first.
 #[test]
 fn both_methods_give_the_same_motion() {
-    let (robot, model, state) = rubbing_3rps(0.1);
+    let (robot, model, rest) = rubbing_3rps(0.1);
+    let mut inputs = ConstantEfforts(vec![70.0, 45.0, 50.0]);
+    let exactly = Settings { method: Method::EventDriven, ..Settings::default() };
+    let mut started = model.start(0.0, rest, exactly, &mut inputs).unwrap();
+    started.advance(0.02, &mut inputs).unwrap();
+    let state = &started.instant().state;
     let run = |settings: Settings| {
         let mut inputs = ConstantEfforts(vec![70.0, 45.0, 50.0]);
         let mut simulation = model.start(0.0, state.clone(), settings, &mut inputs).unwrap();
         simulation.advance(0.05, &mut inputs).unwrap();
         println!(
-            "{} evaluations, energy {:.1e} of {:.1e}",
+            "{} evaluations, {} events, energy {:.1e} of {:.1e}",
             simulation.evaluations(),
+            simulation.events().len(),
             simulation.energy_error(),
             simulation.energies().turnover
         );
         simulation.instant().bodies.pose[robot.mechanism.body_id("platform").unwrap().0].position
     };
-    let exact = run(Settings { method: Method::EventDriven, ..Settings::default() });
+    let exact = run(exactly);
     let errors = [1e-5, 1e-7].map(|tolerance| (run(in_steps(tolerance)) - exact).norm());
     println!("{errors:?}");
-    // The step is proportional to the square root of the tolerance, and the error to the step. The
-    // error therefore decreases by a factor of ten, except for steps shortened in both runs by
-    // events and the start.
-    assert!(errors[0] < 1e-4 && errors[1] < 0.4 * errors[0], "{errors:?}");
+    // The step is proportional to the square root of the tolerance. Extrapolation leaves an error
+    // that is proportional to the square of the step: it decreases by a factor of a hundred, except
+    // for steps shortened in both runs by events and the start. The method without extrapolation
+    // has errors of 1.8e-5 and 3.3e-6.
+    assert!(errors[0] < 5e-6 && errors[1] < 0.1 * errors[0], "{errors:?}");
 }

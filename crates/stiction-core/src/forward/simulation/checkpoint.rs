@@ -31,7 +31,7 @@ pub struct Checkpoint {
 }
 
 /// First number of a checkpoint: the version of its format.
-pub(super) const FORMAT: f64 = 10.0;
+pub(super) const FORMAT: f64 = 11.0;
 
 /// Largest valid count. A larger number means that the checkpoint is invalid.
 const COUNTABLE: f64 = 1e15;
@@ -265,10 +265,12 @@ impl<'a> Simulation<'a> {
         tape.numbers([&mut window.1, &mut phase.0, &mut phase.1]);
         let mut steps = self.stepping.is_some();
         tape.flag(&mut steps);
-        let stepping = self.stepping.get_or_insert(Stepping { step: 0.0, quiet: 0, wait: 0 });
+        let none = Stepping { step: 0.0, quiet: 0, wait: 0, refinements: 0 };
+        let stepping = self.stepping.get_or_insert(none);
         tape.number(&mut stepping.step);
         tape.count(&mut stepping.quiet);
         tape.count(&mut stepping.wait);
+        tape.count(&mut stepping.refinements);
         if !steps {
             self.stepping = None;
         }

@@ -1,6 +1,6 @@
 //! Changes between the event-driven and the time-stepping method.
 
-use super::stepping::{FIRST, Stepping};
+use super::stepping::{FIRST, REFINEMENTS, Stepping};
 use super::{Event, EventKind, Method, Simulation};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
@@ -43,7 +43,8 @@ impl Simulation<'_> {
     /// Changes to the time-stepping method at the present instant.
     pub(super) fn begin_stepping(&mut self) {
         self.economy.change(self.now.time);
-        self.stepping = Some(Stepping { step: FIRST, quiet: 0, wait: self.wait });
+        let (wait, refinements) = (self.wait, REFINEMENTS);
+        self.stepping = Some(Stepping { step: FIRST, quiet: 0, wait, refinements });
         let kind = EventKind::Method { method: Method::TimeStepping };
         self.events.push(Event { time: self.now.time, kind });
     }

@@ -8,6 +8,7 @@ mod driven;
 mod economy;
 mod energies;
 mod event;
+mod halving;
 mod input_change;
 mod linearisation;
 mod locate;

@@ -18,7 +18,8 @@ pub struct Settings {
     pub look_for_others: bool,
     /// Integration scheme: event-driven, time-stepping, or automatic.
     pub method: Method,
-    /// Tolerance of a step of the time-stepping method, rad or characteristic lengths.
+    /// Tolerance of a step of the time-stepping method: of coordinates, rad or characteristic
+    /// lengths, and of rates at isolated stick-slip transitions, relative to the speed of the motion.
     pub time_step_tolerance: f64,
 }
 
@@ -33,8 +34,8 @@ pub enum Method {
     Automatic,
     /// Steps of order eight; each stick or slip onset ends a step.
     EventDriven,
-    /// Steps of first order at velocity level (Moreau 1988, Jean 1999); stick and slip onsets lie
-    /// within steps. Accelerations and reactions are means over the last step. If no accelerations
+    /// Steps at velocity level (Moreau 1988, Jean 1999), of second order without stick-slip
+    /// transitions and of first order with them; stick and slip onsets lie within steps. Accelerations and reactions are means over the last step. If no accelerations
     /// satisfy the friction laws, velocities jump; [`super::EventKind::Jump`] records each jump.
     TimeStepping,
 }

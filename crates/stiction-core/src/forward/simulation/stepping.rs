@@ -1,6 +1,7 @@
-//! Time-stepping method: step control by comparison with two half steps.
+//! Time-stepping method: step control, velocity jumps, results at the ends of steps.
 
 use super::between::Interpolation;
+use super::halving::{EXTRAPOLATED, SMOOTH, same_slip};
 use super::{Energies, Event, EventKind, Method, RateJump, Simulation};
 use crate::forward::Forward;
 use crate::forward::affine_friction::{InterfaceMode, norm};
@@ -12,9 +13,9 @@ use crate::forward::project::Anchor;
 use crate::forward::time_stepping::{StepStart, TimeStep};
 use crate::kinematics::{Bodies, State};
 use crate::mechanism::JointId;
-use crate::parameters::Parameters;
 
-/// Length, s, of the first time step after a change to the time-stepping method.
+/// Length, s, of the first time step after a change to the time-stepping method. Steps that are not
+/// longer are neither extrapolated nor shortened because of the error of their rates.
 pub(super) const FIRST: f64 = 1e-6;
 /// Changes of the rates in a time step count as round-off if they are below this fraction of the
 /// largest rate that the step would reach without friction.
@@ -24,6 +25,24 @@ const STILL: f64 = 1e-9;
 const JUMP: f64 = 1e-4;
 /// Length, s, of the steps in which jumps are detected. Longer steps with a jump are shortened.
 const SHORTEST_BEFORE_JUMP: f64 = 1e-8;
+/// Largest error of a smooth step because of its rates, as a multiple of the error because of its
+/// coordinates. Steps are therefore at most ten times shorter than the coordinates require.
+const OF_RATES: f64 = 100.0;
+/// Largest ratio between the changes of the rates in the two halves of a step for which the
+/// acceleration counts as steady.
+const STEADY: f64 = 1.2;
+/// Length, s, above which an acceleration may count as steady. Shorter steps occur near jumps.
+const SHORTEST_STEADY: f64 = 1e-5;
+/// Length, s, to which a step may be shortened because of the error of the rates at a transition.
+const SHORTEST_AT_TRANSITION: f64 = 1e-7;
+/// End of a step before a reversal, as a fraction of the estimated time to the reversal.
+const BEFORE_REVERSAL: f64 = 0.98;
+/// Number of steps without a reversal or stick-slip transition after which one more step at a
+/// transition may be shortened because of the error of the rates. Where transitions follow each
+/// other more densely, their steps are not shortened for this reason.
+const REFINEMENT: usize = 8;
+/// Upper limit of [`Stepping::refinements`], and its value at the start.
+pub(super) const REFINEMENTS: usize = 4 * REFINEMENT;
 /// Longer steps, s, that are tried if the shortest step has no solution. The change of velocity in
 /// such a step is recorded as a jump.
 const LONGER: [f64; 4] = [1e-6, 1e-5, 1e-4, 1e-3];
@@ -40,14 +59,17 @@ pub(super) struct Stepping {
     /// Number of steps without a stick-slip transition after which the simulation tries the
     /// event-driven method again.
     pub(super) wait: usize,
+    /// Remaining budget for shorter steps at transitions: each step without a transition adds one, and
+    /// each shortened step takes [`REFINEMENT`].
+    pub(super) refinements: usize,
 }
 
 /// Result of a time step after projection onto the constraints.
 pub(super) struct StepResult {
     pub(super) time_step: TimeStep,
     pub(super) state: State<f64>,
-    anchors: Vec<Anchor>,
-    frozen: Vec<bool>,
+    pub(super) anchors: Vec<Anchor>,
+    pub(super) frozen: Vec<bool>,
 }
 
 impl Simulation<'_> {
@@ -181,32 +203,6 @@ impl Simulation<'_> {
         }
     }
 
-    /// Returns the difference between one whole step and two half steps in units of the tolerance:
-    /// the largest difference of coordinates, of rates times the step, and of internal states of
-    /// the inputs.
-    pub(super) fn apart(&self, whole: &StepResult, halves: &StepResult, step: f64) -> f64 {
-        let (a, b) = (&whole.state, &halves.state);
-        let tolerance = self.settings.time_step_tolerance;
-        let columns = &self.model.columns;
-        let count = a.coordinates.len();
-        let moved = a.coordinates.iter().zip(&b.coordinates).zip(&self.scales[..count]);
-        let moved = moved.map(|((a, b), s)| (a - b).abs() / s);
-        let rates = a.rates.iter().zip(&b.rates).zip(columns);
-        let rates = rates.map(|((a, b), c)| step * (a - b).abs() / c);
-        let (a, b) = (&whole.time_step.input_states, &halves.time_step.input_states);
-        let scales = &self.scales[self.scales.len() - a.len()..];
-        let states = a.iter().zip(b).zip(scales);
-        let states = states.map(|((a, b), s)| (a - b).abs() / s.max(a.abs()));
-        moved.chain(rates).chain(states).fold(0.0, f64::max) / tolerance
-    }
-
-    /// Returns the largest change of a rate between two states, rad/s or characteristic lengths per
-    /// second.
-    fn change(&self, from: &State<f64>, to: &State<f64>) -> f64 {
-        let rates = from.rates.iter().zip(&to.rates).zip(&self.model.columns);
-        rates.map(|((a, b), c)| (a - b).abs() / c).fold(0.0, f64::max)
-    }
-
     pub(super) fn step_through(
         &mut self,
         end: f64,
@@ -244,21 +240,57 @@ impl Simulation<'_> {
                     continue;
                 }
             };
-            let error = self.apart(&whole, &second, step);
+            let each = [&whole, &first, &second].map(|result| &result.time_step.modes[..]);
+            let transition = !each.iter().all(|after| same_slip(&modes, after));
+            let (apart, of_rates) =
+                (self.apart(&whole, &second, step), self.rates_apart(&whole, &second));
+            // Where velocities grow without bound before they jump, steps with accurate rates would
+            // become shorter and shorter, and never reach the jump. Coordinates limit the steps much
+            // less there.
+            let refines = step > FIRST;
+            let smooth = refines && !transition && !self.has_stiff_laws();
+            let of_smooth = (of_rates / SMOOTH).min(OF_RATES * apart);
+            let error = if smooth { apart.max(of_smooth) } else { apart };
             // The velocities jump if their change in one half of the step is nearly as large as
             // their change in the whole step.
             let all = self.change(&from, &whole.state);
-            let one =
-                self.change(&from, &first.state).max(self.change(&first.state, &second.state));
-            // Jumps are compared with the largest rate so far, or with the natural rate
-            // `sqrt(gravity / length)` times `JUMP` if that is larger.
-            let Parameters { gravity, length, .. } = &self.model.parameters;
-            let slow = self.fastest_rate.max(JUMP * (gravity.norm() / length).sqrt());
+            let [early, late] = [(&from, &first.state), (&first.state, &second.state)]
+                .map(|(from, to)| self.change(from, to));
+            let one = early.max(late);
+            // Jumps are compared with the largest rate so far, or with the natural rate times `JUMP`
+            // if that is larger.
+            let slow = self.fastest_rate.max(JUMP * self.natural_rate());
             let moves = all > STILL * whole.time_step.free_rate;
             let jumps = moves && one > 0.75 * all && all > JUMP * slow;
             if (error > 1.0 || jumps) && step > SHORTEST_BEFORE_JUMP && !is_last_resort {
                 let factor = if error > 1.0 { (0.8 / error.sqrt()).clamp(0.1, 0.7) } else { 0.25 };
                 stepping.step = (step * factor).max(0.9 * SHORTEST_BEFORE_JUMP);
+                continue;
+            }
+            let accurate = error <= 1.0 && !jumps && !is_last_resort;
+            let to = if step == left { end } else { time + step };
+            let steady = step > SHORTEST_STEADY && one <= STEADY * early.min(late);
+            let most = if steady { EXTRAPOLATED } else { SMOOTH };
+            let (second, extrapolated) = if smooth && accurate && of_rates <= most {
+                self.extrapolated(to, &whole, &first, second, inputs)
+            } else {
+                (second, false)
+            };
+            let mut refinement = None;
+            if refines && accurate && !extrapolated && (transition || smooth) {
+                let shorter = step * (0.8 / of_rates).clamp(0.1, 0.7);
+                refinement = match self.reversal(&whole, step) {
+                    Some((error, time)) if error > 1.0 => Some(BEFORE_REVERSAL * time),
+                    _ if of_rates > 1.0 => Some(shorter),
+                    _ => None,
+                };
+            }
+            if let Some(shorter) = refinement.map(|step| step.max(SHORTEST_AT_TRANSITION))
+                && shorter < step
+                && stepping.refinements >= REFINEMENT
+            {
+                stepping.refinements -= REFINEMENT;
+                stepping.step = shorter;
                 continue;
             }
             if jumps || is_last_resort {
@@ -267,7 +299,6 @@ impl Simulation<'_> {
             let grow = if error > 0.0 { (0.8 / error.sqrt()).clamp(0.3, 2.0) } else { 2.0 };
             let next = step * grow;
             stepping.step = if shortened { next.max(stepping.step) } else { next };
-            let to = if step == left { end } else { time + step };
             let before = self.modes.clone();
             self.add(&first.time_step.work);
             self.settle(to, second, inputs);
@@ -277,30 +308,11 @@ impl Simulation<'_> {
                 .zip(&self.modes)
                 .all(|(a, b)| std::mem::discriminant(a) == std::mem::discriminant(b));
             stepping.quiet = if same { stepping.quiet + 1 } else { 0 };
+            let earned = usize::from(!transition);
+            stepping.refinements = REFINEMENTS.min(stepping.refinements + earned);
             self.stepping = Some(stepping);
             return self.leave_stepping(inputs);
         }
-    }
-
-    pub(super) fn two_halves(
-        &mut self,
-        time: f64,
-        half: f64,
-        from: &State<f64>,
-        (modes, bristles): (&[InterfaceMode], &[[f64; 3]]),
-        inputs: &mut dyn Inputs,
-    ) -> Result<(StepResult, StepResult, StepResult), ForwardError> {
-        let near: Vec<[f64; 3]> = self.now.interfaces.iter().map(|c| c.friction).collect();
-        let mut input = self.input.clone();
-        let whole =
-            self.land(time, 2.0 * half, from, (modes, bristles, &near), (&input, &mut *inputs))?;
-        let near = &whole.time_step.frictions;
-        let first = self.land(time, half, from, (modes, bristles, near), (&input, &mut *inputs))?;
-        let TimeStep { modes, bristles, frictions, input_states, .. } = &first.time_step;
-        input.values.clone_from(input_states);
-        let next = (&modes[..], &bristles[..], &frictions[..]);
-        let second = self.land(time + half, half, &first.state, next, (&input, inputs))?;
-        Ok((whole, first, second))
     }
 
     /// Records a velocity jump as an event. `change` is the largest change of a rate in the step,
