@@ -92,6 +92,7 @@ impl Progress {
             self.bar = Some((phase.to_owned(), bar));
         }
         if let Some((_, bar)) = &self.bar {
+            bar.set_length(of);
             bar.set_position(done);
         }
     }

@@ -40,7 +40,9 @@ impl Period {
     /// Finds the period of the motion of a log from the rows of its actuators; `None` unless at least two repetitions
     /// are contained.
     pub(crate) fn of(channels: &[Rows]) -> Option<Self> {
-        let (signals, length) = signals_of(channels);
+        let length = instants(channels);
+        let signals: Vec<Signal> =
+            channels.iter().filter_map(|rows| Signal::of(rows, length)).collect();
         if signals.is_empty() {
             return None;
         }
@@ -81,11 +83,52 @@ impl Period {
     }
 }
 
-/// Returns the signals of the actuators of a log whose columns are not constant, and the number of instants of the log.
-pub(crate) fn signals_of(channels: &[Rows]) -> (Vec<Signal>, usize) {
+/// Returns the number of instants of a log from the rows of its actuators.
+pub(crate) fn instants(channels: &[Rows]) -> usize {
     let last = channels.iter().filter_map(|rows| rows.steps.last()).max();
-    let length = last.map_or(0, |last| last + 1);
-    (channels.iter().filter_map(|rows| Signal::of(rows, length)).collect(), length)
+    last.map_or(0, |last| last + 1)
+}
+
+/// Returns the signals of the actuators of two logs: weighted sums of their columns with the same weights for both logs and
+/// all actuators, without their common mean. `None` if the logs have different columns.
+pub(crate) fn signals_of_both(logs: [&[Rows]; 2]) -> Option<[Vec<Signal>; 2]> {
+    let width = logs[0].first()?.matrix.ncols();
+    let has_width = |rows: &Rows| rows.matrix.ncols() == width;
+    if logs[0].len() != logs[1].len() || !logs.iter().all(|log| log.iter().all(has_width)) {
+        return None;
+    }
+    let size = |k: usize| {
+        let all = logs.iter().flat_map(|log| log.iter());
+        all.map(|rows| rows.matrix.column(k).norm_squared()).sum::<f64>().sqrt()
+    };
+    let sizes: Vec<f64> = (0..width).map(size).collect();
+    let sum = |rows: &Rows| {
+        let mut sum = nalgebra::DVector::zeros(rows.len());
+        for (k, (column, size)) in rows.matrix.column_iter().zip(&sizes).enumerate() {
+            if *size > 0.0 {
+                sum.axpy(weight(k) / size, &column, 1.0);
+            }
+        }
+        sum
+    };
+    let mut signals = logs.map(|_| Vec::new());
+    for (first, second) in logs[0].iter().zip(logs[1]) {
+        let sums = [first, second].map(sum);
+        let count = (first.len() + second.len()).max(1) as f64;
+        let mean = sums.iter().map(|sum| sum.sum()).sum::<f64>() / count;
+        for (which, rows) in [first, second].into_iter().enumerate() {
+            let mut values = vec![f64::NAN; instants(logs[which])];
+            let each = rows.steps.iter().zip(sums[which].iter());
+            each.for_each(|(step, x)| values[*step] = x - mean);
+            signals[which].push(Signal(values));
+        }
+    }
+    Some(signals)
+}
+
+/// Returns the weight of a column; weights differ, so that columns of equal shape do not cancel.
+fn weight(column: usize) -> f64 {
+    0.5 + (0.618_034 * column as f64).fract()
 }
 
 /// Weighted sum of the columns of one actuator, without its mean and with a mean square of one, at
@@ -100,9 +143,7 @@ impl Signal {
         for (k, column) in rows.matrix.column_iter().enumerate() {
             let size = column.norm();
             if size > 0.0 {
-                // Different weights, so that columns of equal shape do not cancel.
-                let weight = 0.5 + (0.618_034 * k as f64).fract();
-                sum.axpy(weight / size, &column, 1.0);
+                sum.axpy(weight(k) / size, &column, 1.0);
             }
         }
         sum.add_scalar_mut(-sum.sum() / count);

@@ -1,7 +1,8 @@
 //! Motions that several logs repeat.
 
 use crate::block::Block;
-use crate::period::{REPEATED, Signal, change_between, signals_of};
+use crate::period::{REPEATED, change_between, instants, signals_of_both};
+use crate::rows::Rows;
 
 /// Two logs have the same motion only if they overlap by at least this fraction of the shorter one.
 const OVERLAP: f64 = 0.5;
@@ -49,17 +50,15 @@ impl Block {
     /// Finds the logs that repeat one motion, from the columns of the regression. Errors of the model are the same in all
     /// of them. Logs whose rows have other distances in time do not count as repetitions.
     pub fn relate(blocks: &mut [&mut Self]) {
-        let signals: Vec<(Vec<Signal>, usize)> =
-            blocks.iter().map(|block| signals_of(&block.channels)).collect();
+        let lengths: Vec<usize> = blocks.iter().map(|block| instants(&block.channels)).collect();
         // Index of the first log of the motion of each log, and the shift from it to the log.
         let mut found: Vec<(usize, isize)> = (0..blocks.len()).map(|k| (k, 0)).collect();
         for k in 1..blocks.len() {
             let earlier = (0..k).filter(|first| found[*first].0 == *first);
             let shift = earlier.filter_map(|first| {
-                let is_alike = blocks[first].spacing == blocks[k].spacing
-                    && blocks[first].independence < 1.0
-                    && blocks[k].independence < 1.0;
-                Some((first, is_alike.then(|| shift(&signals[first], &signals[k]))??))
+                let [a, b] = [&*blocks[first], &*blocks[k]];
+                let is_alike = a.spacing.is_some() && a.spacing == b.spacing;
+                Some((first, is_alike.then(|| shift(&a.channels, &b.channels))??))
             });
             if let Some(own) = shift.into_iter().next() {
                 found[k] = own;
@@ -68,9 +67,11 @@ impl Block {
         for first in 0..blocks.len() {
             let members: Vec<usize> = (0..blocks.len()).filter(|&k| found[k].0 == first).collect();
             let begin = members.iter().map(|&k| found[k].1).min().unwrap_or(0);
-            let end =
-                members.iter().map(|&k| found[k].1 + signals[k].1 as isize).max().unwrap_or(0);
-            let period = blocks[first].period();
+            let end = members.iter().map(|&k| found[k].1 + lengths[k] as isize).max().unwrap_or(0);
+            // The longest log with repetitions determines their period best.
+            let repeated = members.iter().filter(|&&k| blocks[k].period().is_some());
+            let longest = repeated.max_by_key(|&&k| lengths[k]);
+            let period = longest.and_then(|&k| blocks[k].period());
             for &k in &members {
                 let shift = (found[k].1 - begin) as usize;
                 let length = (end - begin) as usize;
@@ -83,14 +84,12 @@ impl Block {
 
 /// Returns the shift, in instants, from the start of the first log to the start of the second log if both have the same
 /// motion.
-fn shift(first: &(Vec<Signal>, usize), second: &(Vec<Signal>, usize)) -> Option<isize> {
-    let ((a, n), (b, m)) = (first, second);
-    if a.is_empty() || a.len() != b.len() {
-        return None;
-    }
-    let least = (OVERLAP * (*n).min(*m) as f64).ceil() as isize;
-    let (low, high) = (least - *m as isize, *n as isize - least);
-    let change = |shift: isize| change_between((a, *n), (b, *m), shift);
+fn shift(first: &[Rows], second: &[Rows]) -> Option<isize> {
+    let (n, m) = (instants(first), instants(second));
+    let [a, b] = signals_of_both([first, second])?;
+    let least = (OVERLAP * n.min(m) as f64).ceil() as isize;
+    let (low, high) = (least - m as isize, n as isize - least);
+    let change = |shift: isize| change_between((&a, n), (&b, m), shift);
     let best = |shifts: &mut dyn Iterator<Item = isize>| {
         shifts.map(|own| (own, change(own))).min_by(|a, b| a.1.total_cmp(&b.1))
     };
@@ -110,7 +109,6 @@ fn shift(first: &(Vec<Signal>, usize), second: &(Vec<Signal>, usize)) -> Option<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rows::Rows;
     use nalgebra::{DMatrix, DVector};
 
     fn block(length: usize, motion: impl Fn(f64) -> f64) -> Block {
@@ -124,7 +122,9 @@ mod tests {
             instruments: None,
             steps: (0..length).collect(),
         };
-        Block::new(vec![rows], 0.5)
+        let mut block = Block::new(vec![rows], 0.5);
+        block.spacing = Some(0.01);
+        block
     }
 
     #[test]
@@ -143,6 +143,11 @@ mod tests {
         assert_eq!(shifts, [12, 49, 0]);
         assert_eq!(all[0].repetition().unwrap().length(), 612);
         assert_eq!(all[1].repetition(), None);
+        // Half the amplitude, and another place.
+        let mut all =
+            [block(600, motion), block(600, |t| 0.5 * motion(t)), block(600, |t| motion(t) + 3.0)];
+        Block::relate(&mut all.each_mut());
+        assert_eq!(motions(&all).len(), 3);
         // Rows with another distance in time.
         let mut all = [block(600, motion), block(600, motion)];
         all[1].spacing = Some(0.02);

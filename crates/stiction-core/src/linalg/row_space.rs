@@ -33,7 +33,8 @@ struct Remaining {
 
 impl Remaining {
     /// An updated squared norm below this fraction of the computed one has lost digits, and is
-    /// computed again. Above this fraction, its relative error is below 1e-12.
+    /// computed again. Above this fraction, its relative error is about 1e-14 times the number of
+    /// columns.
     const KEPT: f64 = 0.01;
     /// Rows whose updated squared norms exceed this fraction of the largest one may be the largest.
     const NEARLY: f64 = 1.0 - 1e-10;
@@ -268,8 +269,8 @@ mod tests {
         matrix.chunks_exact(columns).map(|r| r.iter().zip(x).map(|(a, b)| a * b).sum()).collect()
     }
 
-    /// Checks that updated norms choose the same pivots as norms computed from the components, for
-    /// rows that differ only slightly, so that most digits cancel after the first pivot.
+    /// Checks that updated norms choose the pivots in the order of the known sizes, for rows that
+    /// differ only slightly, so that most digits cancel after the first pivot.
     #[test]
     fn updated_norms_keep_their_digits() {
         let (m, n) = (6, 8);

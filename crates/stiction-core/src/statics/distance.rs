@@ -204,11 +204,12 @@ pub fn leg_distance(system: &NewtonEuler, scaled: &SparseMatrix, idle_spins: usi
     if of_legs.len() == scaled.nrows() {
         return None;
     }
+    let constraints = scaled.select_columns(&constraints_of(system)).transpose();
+    let legs = constraints.select_columns(&of_legs);
     // The bodies of different legs have no constraint in common, so each leg has its own singular
     // values.
-    let constraints = scaled.select_columns(&constraints_of(system)).transpose();
     let mut values = Vec::with_capacity(of_legs.len());
-    for leg in constraints.select_columns(&of_legs).independent_blocks() {
+    for leg in legs.independent_blocks() {
         values.extend_from_slice(Svd::new(&leg.to_dense()).singular_values.as_slice());
     }
     values.sort_by(|a, b| b.total_cmp(a));

@@ -202,10 +202,10 @@ fn a_repeated_motion_does_not_weaken_the_prior() {
     let truth = truth(&parameters);
     let options = options(parameters.len());
     let mut normal = normal(2);
-    let mut found = |[logs, repetitions]: [usize; 2]| {
-        let columns: Vec<_> =
-            std::iter::repeat_n(&columns, repetitions).flatten().cloned().collect();
-        let log = |_| {
+    let mut found = |repetitions: &[usize]| {
+        let log = |repetitions: &usize| {
+            let columns: Vec<_> =
+                std::iter::repeat_n(&columns, *repetitions).flatten().cloned().collect();
             let block = block(&parameters, &columns, &truth, &mut || 0.05 * normal());
             let mut block = Block::new(block.channels, 0.5);
             for (channel, rows) in block.channels.iter_mut().enumerate() {
@@ -215,15 +215,16 @@ fn a_repeated_motion_does_not_weaken_the_prior() {
             }
             block
         };
-        let mut blocks: Vec<Block> = (0..logs).map(log).collect();
+        let mut blocks: Vec<Block> = repetitions.iter().map(log).collect();
+        blocks.iter_mut().for_each(|block| block.spacing = Some(0.02));
         Block::relate(&mut blocks.iter_mut().collect::<Vec<_>>());
         let problem = Problem { parameters: &parameters, blocks: &blocks, options: &options };
         let estimate = problem.solve();
         let left_out = problem.left_out(&estimate);
         (estimate, left_out.ratio)
     };
-    let (once, one) = found([1, 1]);
-    for logs in [[1, 4], [4, 1], [2, 2]] {
+    let (once, one) = found(&[1]);
+    for logs in [&[4][..], &[1, 1, 1, 1], &[2, 2], &[1, 3], &[3, 1]] {
         let (again, four) = found(logs);
         assert!(again.strength >= once.strength, "{logs:?}: {} {}", again.strength, once.strength);
         // Left-out parts differ from the others as much as before.

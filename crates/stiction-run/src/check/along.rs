@@ -79,7 +79,7 @@ const NEAR: f64 = 0.05;
 /// Singularity index below which a local minimum counts as a passage through a singular pose. The
 /// search stops before the singular pose itself, because the motion may be undetermined there.
 const CROSSED: f64 = 1e-7;
-/// Index above which a balance with as many unknowns as equations certainly has full rank.
+/// Index above which a balance with as many unknowns as equations has full rank.
 const REGULAR: f64 = 1e-3;
 /// Largest number of steps of a search for a least index or a passage. A golden-section step
 /// shortens the interval by the golden ratio, a bisection step halves it.
@@ -133,7 +133,7 @@ impl<'a> Watch<'a> {
     /// Adds a sample. `passed` is true if the determinant of the loop constraints with locked
     /// actuators has changed its sign since the previous sample. Returns true if this sign change
     /// is a passage through a singular pose rather than a rounding error, and the decomposed balance
-    /// at the sample, which is `None` if all forces are certainly unique.
+    /// at the sample, which is `None` if all forces are unique.
     pub(super) fn observe(
         &mut self,
         follower: &Follower<'a>,
@@ -160,9 +160,11 @@ impl<'a> Watch<'a> {
     }
 
     /// Computes the indices of all kinds at the pose of `solver`. Also returns the decomposed
-    /// balance, unless indices far from zero prove that it has full rank.
+    /// balance, unless indices far from zero show that it has full rank.
     fn distances(&mut self, solver: &InverseDynamics) -> ([Option<f64>; 3], Option<Statics>) {
-        if let Some(proximity) = &mut self.proximity {
+        // The first sample is always decomposed, because its indices come from an iteration without
+        // a bound from an earlier sample.
+        if let Some(proximity) = self.proximity.as_mut().filter(|_| self.last.is_some()) {
             let (mechanism, parameters) = (solver.mechanism(), solver.parameters());
             let Distances { actuation, constraint } =
                 proximity.measure(mechanism, parameters, solver.bodies());

@@ -42,7 +42,7 @@ pub struct Summary {
 /// amplify rounding errors.
 const LOST: f64 = 1e5;
 /// Largest acceptable relative energy error of time stepping, as a multiple of the tolerance of a
-/// step. Time stepping is of first order at dense transitions and with bristle laws, so its energy
+/// step. Time stepping is of first order at dense transitions and with bristle or regularised laws, so its energy
 /// error exceeds the tolerance of a step by far.
 const LOST_IN_STEPS: f64 = 3e4;
 

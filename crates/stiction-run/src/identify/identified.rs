@@ -100,7 +100,7 @@ pub struct Identified {
     pub mechanism: Mechanism,
     /// Name of the estimator, as in the options.
     pub estimator: &'static str,
-    /// Motions of the closed loop, simulated with the identified values; `None` unless the estimator is the output-error
+    /// Motions of the closed loop, simulated with nearly the identified values; `None` unless the estimator is the output-error
     /// method.
     pub simulated: Option<Simulated>,
     /// Strength of the prior on the inertias, as a number of equivalent samples.

@@ -36,7 +36,7 @@ pub fn identify(
     let fit = |logs: &[MeasuredLog]| fit(model, logs, settings, progress);
     match &settings.estimator {
         Estimator::OutputError(control) => {
-            closed_loop::identify(model, logs, (control, progress), fit)
+            closed_loop::identify(model, logs, (control, settings.filter), progress, fit)
         }
         Estimator::LeastSquares | Estimator::InstrumentalVariables => fit(logs),
     }

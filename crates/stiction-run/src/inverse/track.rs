@@ -65,7 +65,8 @@ impl Track {
         if !other.numbers.is_empty() {
             (self.widths, self.prescribed) = (other.widths, other.prescribed);
         }
-        let count = |track: &Self| track.numbers.len() + 3 * track.targets.len();
+        let count =
+            |track: &Self| track.numbers.len() + 3 * track.targets.len() + 2 * track.sides.len();
         self.is_full |= count(self) + count(other) > Self::MOST;
         if !self.is_full {
             self.numbers.extend_from_slice(&other.numbers);

@@ -1,7 +1,7 @@
 //! Error of a time step: comparison of one whole step with two half steps, and extrapolation.
 
-use super::Simulation;
 use super::stepping::StepResult;
+use super::{Energies, Simulation};
 use crate::forward::affine_friction::{InterfaceMode, dot, norm};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
@@ -161,6 +161,17 @@ impl Simulation<'_> {
         let mut state = second.state.clone();
         extrapolate(&mut state.coordinates, &whole.state.coordinates);
         extrapolate(&mut state.rates, &whole.state.rates);
+        // Friction and dampers never supply energy.
+        let works =
+            |work: &Energies| work.interfaces.iter().copied().chain([work.dampers]).collect();
+        let [whole_work, first_work, second_work]: [Vec<f64>; 3] =
+            [whole, first, &second].map(|result| works(&result.time_step.work));
+        let mut each = whole_work.iter().zip(&first_work).zip(&second_work);
+        if !each.all(|((whole, first), second)| {
+            (2.0 * (first + second) - whole) * (first + second) >= 0.0
+        }) {
+            return (second, false);
+        }
         let model = self.model;
         let targets = model.targets(time, inputs);
         let held = (&second.anchors[..], &second.frozen[..]);

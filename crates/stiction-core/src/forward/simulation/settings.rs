@@ -35,8 +35,9 @@ pub enum Method {
     /// Steps of order eight; each stick or slip onset ends a step.
     EventDriven,
     /// Steps at velocity level (Moreau 1988, Jean 1999), of second order without stick-slip
-    /// transitions and of first order with them; stick and slip onsets lie within steps. Accelerations and reactions are means over the last step. If no accelerations
-    /// satisfy the friction laws, velocities jump; [`super::EventKind::Jump`] records each jump.
+    /// transitions and of first order with them; stick and slip onsets lie within steps.
+    /// Accelerations and reactions are means over the last step. If no accelerations satisfy the
+    /// friction laws, velocities jump; [`super::EventKind::Jump`] records each jump.
     TimeStepping,
 }
 

@@ -217,6 +217,8 @@ impl Simulation<'_> {
         let longest = self.longest_step(time, inputs);
         let mut longer = LONGER.iter().filter(|step| **step <= longest.min(end - time));
         let mut is_last_resort = false;
+        // Length of a valid step that is tried again with a shorter length.
+        let mut valid = None;
         loop {
             let left = end - time;
             let mut step = stepping.step.min(longest).min(left);
@@ -228,6 +230,10 @@ impl Simulation<'_> {
             let tried = self.two_halves(time, half, &from, (&modes, &bristles), inputs);
             let (whole, first, second) = match tried {
                 Ok(tried) => tried,
+                Err(_) if let Some(step) = valid.take() => {
+                    (stepping.step, stepping.refinements) = (step, 0);
+                    continue;
+                }
                 Err(_) if !is_last_resort && 0.25 * step >= shortest => {
                     stepping.step = 0.25 * step;
                     continue;
@@ -247,8 +253,8 @@ impl Simulation<'_> {
             // Where velocities grow without bound before they jump, steps with accurate rates would
             // become shorter and shorter, and never reach the jump. Coordinates limit the steps much
             // less there.
-            let refines = step > FIRST;
-            let smooth = refines && !transition && !self.has_stiff_laws();
+            let refines = step > FIRST && !self.has_stiff_laws();
+            let smooth = refines && !transition;
             let of_smooth = (of_rates / SMOOTH).min(OF_RATES * apart);
             let error = if smooth { apart.max(of_smooth) } else { apart };
             // The velocities jump if their change in one half of the step is nearly as large as
@@ -291,6 +297,7 @@ impl Simulation<'_> {
             {
                 stepping.refinements -= REFINEMENT;
                 stepping.step = shorter;
+                valid = Some(step);
                 continue;
             }
             if jumps || is_last_resort {

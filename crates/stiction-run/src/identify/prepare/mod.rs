@@ -157,7 +157,8 @@ impl Prepared {
         log: &MeasuredLog,
         delays: Option<&[f64]>,
     ) -> Result<Self, Error> {
-        let Preparation { model, filter, choice, terms, progress } = preparation;
+        let Preparation { model, choice, terms, progress, .. } = preparation;
+        let filter = log.simulated.as_ref().map(|own| own.cutoff).or(preparation.filter);
         let chosen = chosen_coordinates(model, log)?;
         let (efforts, _) = chosen_efforts(&model.mechanism, log)?;
         let used = Used::of(log)?;

@@ -231,15 +231,7 @@ pub(super) fn filtered(
     let mut turns = continued(&mut measured, stretches);
     let longest = gaps::longest(stretches);
     let (low, high) = (gaps::PERIODS / longest, 0.4 * rate);
-    let cutoff = match filter {
-        Some(cutoff) => cutoff,
-        // For noise-free positions of a model, the suggestion is the highest frequency that the
-        // samples carry. Therefore a tenth of the sampling rate limits the suggestion.
-        None => suggested(&used.times, &measured, stretches)
-            .unwrap_or(0.1 * rate)
-            .max(low)
-            .min(0.1 * rate),
-    };
+    let cutoff = filter.unwrap_or_else(|| suggested_cutoff(used, &measured));
     if !(low..=high).contains(&cutoff) {
         return Err(refuse(
             format!(
@@ -318,6 +310,16 @@ pub(super) fn filtered(
     motion.rate_noise.iter_mut().for_each(|noise| *noise = noise.sqrt());
     motion.set_pieces(&pieces);
     Ok(motion)
+}
+
+/// Returns the cut-off frequency, Hz, that suits measured coordinates whose angles are continuous.
+pub(super) fn suggested_cutoff(used: &Used<'_>, measured: &[Vec<f64>]) -> f64 {
+    let Used { times, stretches, rate, .. } = used;
+    let low = gaps::PERIODS / gaps::longest(stretches);
+    // For noise-free positions of a model, the suggestion is the highest frequency that the samples
+    // carry. Therefore a tenth of the sampling rate limits the suggestion.
+    let most = 0.1 * rate;
+    suggested(times, measured, stretches).unwrap_or(most).max(low).min(most)
 }
 
 /// Suggests a cut-off frequency, Hz. Several parts spread evenly over the log are examined, since a

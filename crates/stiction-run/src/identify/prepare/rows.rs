@@ -463,7 +463,10 @@ pub(super) fn assembled(
         channels.push(Rows { matrix, right, measured: total, instruments: None, steps: used });
     }
     let independence = if is_filtered { 2.0 / ROWS_PER_PERIOD } else { 1.0 };
-    let spacing = motion.cutoff.map(|cutoff| (ROWS_PER_PERIOD * cutoff).recip());
+    // The rows of a log with gaps are not evenly spaced.
+    let is_even = matches!(&motion.filter, RowFilter::LowPass(pieces) if pieces.len() == 1);
+    let spacing = motion.cutoff.filter(|_| is_even);
+    let spacing = spacing.map(|cutoff| (ROWS_PER_PERIOD * cutoff).recip());
     let mut block = Block::new(channels, independence);
     block.spacing = spacing;
     Assembled { block, directions, known, effects, at, standstills }

@@ -1,8 +1,8 @@
 //! Motion of a log in the closed loop of robot and controller, simulated with a model.
 
 use super::efforts::Efforts;
-use super::motion::{Used, unwrap};
-use super::{MeasuredLog, Prepared, filter};
+use super::motion::{Used, suggested_cutoff, unwrap};
+use super::{MeasuredLog, Prepared, filter, gaps, spikes};
 use crate::dofs::{Dof, actuated, dofs_of};
 use crate::forward::{Ending, Job, Start};
 use crate::identify::IdentifyError as Error;
@@ -11,10 +11,10 @@ use crate::identify::run::differences;
 use nalgebra::{DVector, Matrix3, Vector3};
 use stiction_core::forward::Known;
 use stiction_core::kinematics::{Coordinate, Target};
-use stiction_format::{Control, LoadCase, LogColumn, LogRole, ModelFile, Motion, Signal};
+use stiction_format::{Control, LoadCase, LogColumn, LogRole, LowPass, ModelFile, Motion, Signal};
 
-/// Number of samples whose fitted parabola gives position and rate at the start of a simulation.
-const START: usize = 21;
+/// Least number of samples whose fitted parabola gives position and rate at the start of a simulation.
+const START: usize = 5;
 
 /// Difference between the simulated and the measured position of an actuator in one log.
 #[derive(Clone, Debug)]
@@ -23,9 +23,9 @@ pub struct Deviation {
     pub log: String,
     /// Name of the actuator.
     pub actuator: String,
-    /// Root mean square of the difference, m or rad.
+    /// Root mean square of the filtered difference, m or rad.
     pub value: f64,
-    /// Root mean square of the difference between the measured and the commanded position, m or rad.
+    /// Root mean square of the filtered difference between the measured and the commanded position, m or rad.
     pub tracking: f64,
     /// Unit of both.
     pub unit: &'static str,
@@ -38,6 +38,8 @@ pub(in crate::identify) struct SimulatedEfforts {
     values: Option<Vec<f64>>,
     /// Effort of each actuator in each row of the log, N or N m.
     efforts: Vec<Vec<f64>>,
+    /// Cut-off frequency of the filter, Hz, chosen for the measured log.
+    pub(super) cutoff: f64,
 }
 
 /// Simulated motion, commanded position and effort of each actuator at one sample.
@@ -65,25 +67,30 @@ impl MeasuredLog {
 
     /// Simulates the closed loop of a model and its controller along the commanded motion. Returns a copy of the log in
     /// which the simulated positions of the actuators replace all measured positions, and the differences between both
-    /// if the positions of the actuators are measured. Each stretch without missing samples is simulated from its first
-    /// measured position.
+    /// if the positions of the actuators are measured. Each piece between gaps that the filter cannot bridge is simulated
+    /// from its first measured position. `filter` is the cut-off frequency, Hz; `None` selects one automatically.
     ///
     /// # Errors
     /// Fails if the simulation does not reach the end of the log.
     pub(in crate::identify) fn simulated(
         &self,
         plant: Plant<'_>,
-        control: &Control,
+        (control, filter): (&Control, Option<f64>),
     ) -> Result<(Self, Vec<Deviation>), Error> {
         let used = Used::of(self)?;
+        let cutoff = filter.unwrap_or_else(|| self.suggested_cutoff(plant.known, &used));
+        let gap = (0.5 / cutoff).max(gaps::SAMPLES / used.rate);
+        let mut pieces = gaps::pieces(&used.times, gap);
+        pieces.retain(|ends| gaps::is_long(*ends, cutoff));
         let [model, known] = [plant.model, plant.known].map(|own| self.carrying(own));
         let dofs = dofs_of(&model.mechanism);
         let places = actuated(&dofs);
         let mut positions = vec![vec![0.0; self.log.times.len()]; places.len()];
         let [mut commanded, mut efforts] = [positions.clone(), positions.clone()];
-        for ends in &used.stretches {
+        for ends in &pieces {
             let rows = &used.rows[filter::within(&used.times, *ends)];
-            let samples = self.closed_loop([&model, &known], control, (&used, *ends), &places)?;
+            let of_log = (&used, *ends, cutoff);
+            let samples = self.closed_loop([&model, &known], control, of_log, &places)?;
             for &row in rows {
                 let time = self.log.times[row];
                 for actuator in 0..places.len() {
@@ -95,7 +102,8 @@ impl MeasuredLog {
             }
         }
         let driven: Vec<&Dof> = places.iter().map(|&place| &dofs[place]).collect();
-        let deviations = self.deviations(&used, &driven, (&positions, &commanded));
+        let filtered = (&used, &pieces[..], cutoff);
+        let deviations = self.deviations(filtered, &driven, [&positions, &commanded]);
         let mut log = self.clone();
         for column in &mut log.log.columns {
             if matches!(column.role, LogRole::Coordinate(_) | LogRole::Rate(_)) {
@@ -108,18 +116,45 @@ impl MeasuredLog {
             values,
         });
         log.log.columns.extend(columns);
-        log.simulated =
-            Some(SimulatedEfforts { values: plant.values.map(<[f64]>::to_vec), efforts });
+        let values = plant.values.map(<[f64]>::to_vec);
+        log.simulated = Some(SimulatedEfforts { values, efforts, cutoff });
         Ok((log, deviations))
     }
 
-    /// Simulates one stretch of the log, from its first to its last time `ends`, s. `places` are the indices of the
+    /// Returns the cut-off frequency, Hz, that suits the measured positions or, if the log lacks them, the commanded ones.
+    fn suggested_cutoff(&self, model: &ModelFile, used: &Used<'_>) -> f64 {
+        let types: Vec<_> = model.mechanism.joints().iter().map(|joint| joint.joint_type).collect();
+        let of = |is_measured: bool| -> Vec<Vec<f64>> {
+            let columns = self.log.columns.iter().enumerate();
+            let each = columns.filter_map(|(index, column)| {
+                let coordinate = match column.role {
+                    LogRole::Coordinate(coordinate) if is_measured => coordinate,
+                    LogRole::Reference(coordinate) if !is_measured => coordinate,
+                    _ => return None,
+                };
+                let mut values = used.pick(index);
+                spikes::replace(&used.times, &mut values, &used.samples(), 0.0);
+                if coordinate.is_angle(&types) {
+                    used.samples().into_iter().for_each(|own| {
+                        unwrap(&mut values[own]);
+                    });
+                }
+                Some(values)
+            });
+            each.collect()
+        };
+        let measured = of(true);
+        let values = if measured.is_empty() { of(false) } else { measured };
+        suggested_cutoff(used, &values)
+    }
+
+    /// Simulates one piece of the log, from its first to its last time `ends`, s. `places` are the indices of the
     /// actuators among the degrees of freedom of all joints.
     fn closed_loop(
         &self,
         [model, known]: [&ModelFile; 2],
         control: &Control,
-        (used, ends): (&Used<'_>, (f64, f64)),
+        (used, ends, cutoff): (&Used<'_>, (f64, f64), f64),
         places: &[usize],
     ) -> Result<Vec<Sample>, Error> {
         let fail = |what: &dyn std::fmt::Display| {
@@ -130,7 +165,7 @@ impl MeasuredLog {
         };
         let motion = self.commanded_motion(model, used, ends);
         let load = LoadCase::default();
-        let start = self.measured_start(model, used, ends);
+        let start = self.measured_start(model, &motion, (used, ends, cutoff));
         let job = Job {
             motion: Some(&motion),
             control: Some(control),
@@ -159,6 +194,7 @@ impl MeasuredLog {
             .map_err(|error| fail(&error))?;
         match outcome.ending {
             Ending::Failed(error) => Err(fail(&error)),
+            _ if samples.len() < 2 => Err(fail(&"it has a single sample")),
             _ => Ok(samples),
         }
     }
@@ -190,54 +226,84 @@ impl MeasuredLog {
         Motion { start: ends.0, duration: ends.1 - ends.0, coordinates, ..Motion::pose() }
     }
 
-    /// Returns the measured positions and rates at the start of a stretch of the log; `None` if the log lacks positions.
+    /// Returns the measured positions and rates at the start of a piece of the log; `None` if the log lacks positions. They
+    /// are those of the command, if the coordinate is commanded, and of a parabola through the difference during one
+    /// period of the cut-off frequency.
     fn measured_start(
         &self,
         plant: &ModelFile,
-        used: &Used<'_>,
-        ends: (f64, f64),
+        motion: &Motion,
+        (used, ends, cutoff): (&Used<'_>, (f64, f64), f64),
     ) -> Option<Vec<Known>> {
         let chosen = chosen_coordinates(plant, self).ok()?;
         let joints = plant.mechanism.joints();
         let types: Vec<_> = joints.iter().map(|joint| joint.joint_type).collect();
         let mut samples = filter::within(&used.times, ends);
-        samples.end = samples.end.min(samples.start + START);
+        let period = filter::within(&used.times, (ends.0, ends.0 + cutoff.recip()));
+        samples.end = period.end.max(samples.start + START).min(samples.end);
+        let times = &used.times[samples.clone()];
         let each = chosen.iter().map(|chosen| {
             let mut values = used.pick(chosen.position?)[samples.clone()].to_vec();
             if chosen.coordinate.is_angle(&types) {
                 unwrap(&mut values);
             }
-            let (value, rate) = start_of(&used.times[samples.clone()], &values);
+            let mut commands = motion.coordinates.iter();
+            let command = commands.find(|(coordinate, _)| *coordinate == chosen.coordinate);
+            let at = |time: f64| command.map(|(_, signal)| signal.at(time));
+            for (value, time) in values.iter_mut().zip(times) {
+                *value -= at(*time).map_or(0.0, |target| target.value);
+            }
+            let (value, rate) = start_of(times, &values);
+            let [value, rate] = match at(times[0]) {
+                Some(target) => [value + target.value, rate + target.rate],
+                None => [value, rate],
+            };
             Some(Known { coordinate: chosen.coordinate, value: Some(value), rate: Some(rate) })
         });
         each.collect()
     }
 
-    /// Compares simulated, measured and commanded positions of each actuator whose position is measured.
+    /// Compares simulated, measured and commanded positions of each actuator whose position is measured. The differences
+    /// are filtered, so that noise of the encoders counts little.
     fn deviations(
         &self,
-        used: &Used<'_>,
+        (used, pieces, cutoff): (&Used<'_>, &[(f64, f64)], f64),
         driven: &[&Dof],
-        (simulated, commanded): (&[Vec<f64>], &[Vec<f64>]),
+        [simulated, commanded]: [&[Vec<f64>]; 2],
     ) -> Vec<Deviation> {
         let each = driven.iter().enumerate().filter_map(|(actuator, dof)| {
             let is_own = |role: LogRole| role == LogRole::Coordinate(coordinate(dof));
-            let measured = self.log.columns.iter().find(|column| is_own(column.role))?;
+            let measured = self.log.columns.iter().position(|column| is_own(column.role))?;
+            let mut measured = used.pick(measured);
+            spikes::replace(&used.times, &mut measured, &used.samples(), 0.0);
             let turn = std::f64::consts::TAU;
-            let square = |other: &[f64]| {
-                let all = used.rows.iter().map(|&row| {
-                    let difference = other[row] - measured.values[row];
-                    // Encoders count within one turn.
-                    let turns = if dof.translates { 0.0 } else { (difference / turn).round() };
-                    (difference - turns * turn).powi(2)
-                });
-                (all.sum::<f64>() / used.rows.len() as f64).sqrt()
+            let rms = |other: &[f64]| {
+                let (mut sum, mut count) = (0.0, 0.0);
+                for ends in pieces {
+                    let samples = filter::within(&used.times, *ends);
+                    let first = samples.start;
+                    let difference = |k: usize, out: &mut [f64]| {
+                        let difference = other[used.rows[first + k]] - measured[first + k];
+                        // Encoders count within one turn.
+                        let turns = if dof.translates { 0.0 } else { (difference / turn).round() };
+                        out[0] = difference - turns * turn;
+                    };
+                    let times = &used.times[samples];
+                    let margin = cutoff.recip();
+                    let inner = filter::within(times, (ends.0 + margin, ends.1 - margin));
+                    let low_pass = LowPass::new(cutoff, *ends);
+                    for row in low_pass.apply(times, 1, difference, &times[inner]) {
+                        sum += row[0] * row[0];
+                        count += 1.0;
+                    }
+                }
+                (sum / f64::max(count, 1.0)).sqrt()
             };
             Some(Deviation {
                 log: self.name.clone(),
                 actuator: dof.name.clone(),
-                value: square(&simulated[actuator]),
-                tracking: square(&commanded[actuator]),
+                value: rms(&simulated[actuator]),
+                tracking: rms(&commanded[actuator]),
                 unit: if dof.translates { "m" } else { "rad" },
             })
         });
@@ -299,6 +365,9 @@ fn interpolated(samples: &[Sample], actuator: usize, time: f64) -> [f64; 3] {
 /// Returns value and rate, at the first time, of the parabola that fits the samples best.
 fn start_of(times: &[f64], values: &[f64]) -> (f64, f64) {
     let scale = times[times.len() - 1] - times[0];
+    if scale.is_nan() || scale <= 0.0 {
+        return (values[0], 0.0);
+    }
     let (mut matrix, mut right) = (Matrix3::zeros(), Vector3::zeros());
     for (time, value) in times.iter().zip(values) {
         let t = (time - times[0]) / scale;
@@ -318,7 +387,7 @@ mod tests {
 
     #[test]
     fn a_parabola_and_a_cubic_are_exact() {
-        let times: Vec<f64> = (0..START).map(|k| 3.0 + 0.01 * k as f64).collect();
+        let times: Vec<f64> = (0..20).map(|k| 3.0 + 0.01 * f64::from(k)).collect();
         let at = |t: f64| 0.2 - 0.7 * (t - 3.0) + 4.0 * (t - 3.0).powi(2);
         let values: Vec<f64> = times.iter().map(|t| at(*t)).collect();
         let (value, rate) = start_of(&times, &values);
