@@ -1,4 +1,6 @@
 //! Error of a time step: comparison of one whole step with two half steps, and extrapolation.
+//!
+//! Equation (D9) of the book's theory.
 
 use super::stepping::StepResult;
 use super::{Energies, Simulation};

@@ -253,7 +253,7 @@ impl Simulation<'_> {
             // Where velocities grow without bound before they jump, steps with accurate rates would
             // become shorter and shorter, and never reach the jump. Coordinates limit the steps much
             // less there.
-            let refines = step > FIRST && !self.has_stiff_laws();
+            let refines = step > FIRST && !self.has_stiff_laws() && !self.is_switching();
             let smooth = refines && !transition;
             let of_smooth = (of_rates / SMOOTH).min(OF_RATES * apart);
             let error = if smooth { apart.max(of_smooth) } else { apart };

@@ -151,6 +151,13 @@ impl<'a> Simulation<'a> {
         Ok(())
     }
 
+    /// Returns true if a switching function has just changed its sign, so that inputs may jump within
+    /// the next step too.
+    pub(super) fn is_switching(&self) -> bool {
+        let (count, _, last) = self.chatter;
+        count > 0 && self.now.time - last <= QUICK
+    }
+
     /// Returns an error if the sign of a switching function changes too often in rapid succession.
     fn check_chatter(&mut self, switch: usize, inputs: &dyn Inputs) -> Result<(), ForwardError> {
         let (count, first, last) = &mut self.chatter;
