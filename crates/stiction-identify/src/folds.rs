@@ -22,7 +22,7 @@ impl Folds {
     pub(crate) fn new(block: &Block, count: usize) -> Self {
         let last = block.channels.iter().filter_map(|rows| rows.steps.last()).max();
         let repetition = block.repetition();
-        let all = repetition.map_or(last.map_or(1, |last| last + 1), Repetition::length);
+        let all = repetition.map_or(last.map_or(1, |last| last + 1), |own| own.length);
         let length = all.div_ceil(count).max(1);
         Self { count, length, period: block.period(), repetition }
     }

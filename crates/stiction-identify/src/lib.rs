@@ -14,6 +14,7 @@ mod block;
 mod estimate;
 mod folds;
 mod load_slopes;
+mod motions;
 mod parameter;
 mod period;
 pub mod physical;

@@ -1,8 +1,8 @@
 //! Autocovariance of the residuals by lag.
 
 use crate::block::Block;
+use crate::motions::motions;
 use crate::period::Period;
-use crate::repetition::{Repetition, motions};
 use nalgebra::{DMatrix, DVector, Dim, Dyn, Matrix, Storage};
 use std::borrow::Cow;
 
@@ -122,7 +122,7 @@ impl<'a> Places<'a> {
         if period.is_none() && members.len() == 1 {
             return Self::Once { steps: &first.channels[channel].steps };
         }
-        let length = first.repetition().map_or(0, Repetition::length);
+        let length = first.repetition().map_or(0, |own| own.length);
         let count = period.map_or(length, Period::instants);
         let place = |instant: usize| period.map_or(instant, |period| period.part(instant, count));
         let rows = members.iter().flat_map(|&k| {

@@ -6,7 +6,7 @@
 use super::autocovariance::{Places, Sums, autocovariance, each_pair, residuals, series};
 use super::map::{Map, transposed_product};
 use crate::block::Block;
-use crate::repetition::motions;
+use crate::motions::motions;
 use nalgebra::{DMatrix, DVector};
 
 /// Largest number of corrections of the autocovariance. Each one multiplies the remaining error at a frequency by the part
