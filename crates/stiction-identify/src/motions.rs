@@ -87,20 +87,10 @@ fn shift(first: &[Rows], second: &[Rows]) -> Option<isize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::{DMatrix, DVector};
+    use crate::period::tests::rows;
 
     fn block(length: usize, motion: impl Fn(f64) -> f64) -> Block {
-        let rows = Rows {
-            matrix: DMatrix::from_fn(length, 2, |row, k| match k {
-                0 => motion(row as f64),
-                _ => motion(row as f64).powi(2),
-            }),
-            right: DVector::zeros(length),
-            measured: DVector::zeros(length),
-            instruments: None,
-            steps: (0..length).collect(),
-        };
-        let mut block = Block::new(vec![rows], 0.5);
+        let mut block = Block::new(rows(length, motion).into(), 0.5);
         block.spacing = Some(0.01);
         block
     }

@@ -6,6 +6,7 @@
 //! one.
 
 use crate::rows::Rows;
+use nalgebra::DVector;
 
 /// A motion repeats itself if the mean squared change of the columns over one period is less than this fraction of
 /// that of unrelated instants. Rows are a quarter of the period of the filter apart, so a period that is no whole number
@@ -102,33 +103,31 @@ pub(crate) fn signals_of_both(logs: [&[Rows]; 2]) -> Option<[Vec<Signal>; 2]> {
         all.map(|rows| rows.matrix.column(k).norm_squared()).sum::<f64>().sqrt()
     };
     let sizes: Vec<f64> = (0..width).map(size).collect();
-    let sum = |rows: &Rows| {
-        let mut sum = nalgebra::DVector::zeros(rows.len());
-        for (k, (column, size)) in rows.matrix.column_iter().zip(&sizes).enumerate() {
-            if *size > 0.0 {
-                sum.axpy(weight(k) / size, &column, 1.0);
-            }
-        }
-        sum
-    };
     let mut signals = logs.map(|_| Vec::new());
     for (first, second) in logs[0].iter().zip(logs[1]) {
-        let sums = [first, second].map(sum);
+        let sums = [first, second].map(|rows| weighted_sum(rows, |k| sizes[k]));
         let count = (first.len() + second.len()).max(1) as f64;
         let mean = sums.iter().map(|sum| sum.sum()).sum::<f64>() / count;
-        for (which, rows) in [first, second].into_iter().enumerate() {
-            let mut values = vec![f64::NAN; instants(logs[which])];
-            let each = rows.steps.iter().zip(sums[which].iter());
-            each.for_each(|(step, x)| values[*step] = x - mean);
-            signals[which].push(Signal(values));
+        for (which, (rows, sum)) in [first, second].into_iter().zip(&sums).enumerate() {
+            let length = instants(logs[which]);
+            signals[which].push(Signal::at_steps(rows, length, sum.iter().map(|x| x - mean)));
         }
     }
     Some(signals)
 }
 
-/// Returns the weight of a column; weights differ, so that columns of equal shape do not cancel.
-fn weight(column: usize) -> f64 {
-    0.5 + (0.618_034 * column as f64).fract()
+/// Returns the weighted sum of the columns of one actuator, each divided by its size. Weights differ, so that columns of equal
+/// shape do not cancel.
+fn weighted_sum(rows: &Rows, size: impl Fn(usize) -> f64) -> DVector<f64> {
+    let mut sum = DVector::zeros(rows.len());
+    for (k, column) in rows.matrix.column_iter().enumerate() {
+        let size = size(k);
+        if size > 0.0 {
+            let weight = 0.5 + (0.618_034 * k as f64).fract();
+            sum.axpy(weight / size, &column, 1.0);
+        }
+    }
+    sum
 }
 
 /// Weighted sum of the columns of one actuator, without its mean and with a mean square of one, at
@@ -139,22 +138,21 @@ impl Signal {
     /// Computes the signal of one actuator; `None` if the columns are constant.
     fn of(rows: &Rows, length: usize) -> Option<Self> {
         let count = rows.len().max(1) as f64;
-        let mut sum = nalgebra::DVector::zeros(rows.len());
-        for (k, column) in rows.matrix.column_iter().enumerate() {
-            let size = column.norm();
-            if size > 0.0 {
-                sum.axpy(weight(k) / size, &column, 1.0);
-            }
-        }
+        let mut sum = weighted_sum(rows, |k| rows.matrix.column(k).norm());
         sum.add_scalar_mut(-sum.sum() / count);
         let size = (sum.norm_squared() / count).sqrt();
         let largest = rows.matrix.column_iter().map(|column| column.norm()).fold(0.0, f64::max);
         if largest == 0.0 || size * count.sqrt() < 1e-9 {
             return None;
         }
+        Some(Self::at_steps(rows, length, sum.iter().map(|x| x / size)))
+    }
+
+    /// Places one number for each row at the instant of the row.
+    fn at_steps(rows: &Rows, length: usize, numbers: impl Iterator<Item = f64>) -> Self {
         let mut values = vec![f64::NAN; length];
-        rows.steps.iter().zip(sum.iter()).for_each(|(step, x)| values[*step] = x / size);
-        Some(Self(values))
+        rows.steps.iter().zip(numbers).for_each(|(step, x)| values[*step] = x);
+        Self(values)
     }
 }
 
@@ -182,11 +180,12 @@ pub(crate) fn change_between(
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
-    use nalgebra::{DMatrix, DVector};
+    use nalgebra::DMatrix;
 
-    fn rows(length: usize, motion: impl Fn(f64) -> f64) -> [Rows; 1] {
+    /// Rows of one actuator with two columns, the motion and its square.
+    pub(crate) fn rows(length: usize, motion: impl Fn(f64) -> f64) -> [Rows; 1] {
         [Rows {
             matrix: DMatrix::from_fn(length, 2, |row, k| match k {
                 0 => motion(row as f64),

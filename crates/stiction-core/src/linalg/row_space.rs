@@ -81,7 +81,8 @@ impl RowSpace {
                 self.remaining[k..].iter().fold(0.0_f64, |most, row| most.max(row.square));
             let mut best = (k, 0.0);
             for row in k..rows {
-                // Updated squares only exclude rows; equal rows are told apart by computed ones.
+                // The updated squares are accurate enough to exclude rows, but not to choose among
+                // nearly equal ones: their squares are computed from the components.
                 if self.remaining[row].square >= Remaining::NEARLY * largest {
                     let rest = &self.work[row * n + k..(row + 1) * n];
                     let size = dot(rest, rest);

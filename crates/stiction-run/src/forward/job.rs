@@ -122,9 +122,7 @@ impl<'a> Job<'a> {
             friction: true,
         }
     }
-}
 
-impl<'a> Job<'a> {
     /// Returns the model that controllers and inverse dynamics know.
     pub(super) fn known_model(&self) -> &'a ModelFile {
         self.known.unwrap_or(self.model)

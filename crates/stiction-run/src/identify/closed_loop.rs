@@ -98,23 +98,8 @@ pub(super) fn identify(
     fit: impl Fn(&[MeasuredLog]) -> Result<Identified, Error>,
 ) -> Result<Identified, Error> {
     refuse_efforts(&model.mechanism, logs)?;
-    let help = "log the commanded positions as columns such as `JOINT.reference [rad]`, or choose another `estimator`";
     for log in logs.iter().filter(|log| !log.settings.predict) {
-        if log.log.is_steady {
-            return Err(refuse(
-                format!("{}: a table of steady motions has no commanded motion", log.name),
-                "choose another `estimator` in the options",
-            ));
-        }
-        if !log.is_commanded() {
-            return Err(refuse(
-                format!(
-                    "{} has no commanded motion, which the output-error method simulates",
-                    log.name
-                ),
-                help,
-            ));
-        }
+        log.needs_command(", which the output-error method simulates")?;
     }
     let mut now = model.clone();
     let first = Plant { model, values: None, known: model };

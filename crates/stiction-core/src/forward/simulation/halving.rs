@@ -2,8 +2,8 @@
 //!
 //! Equation (D9) of the book's theory.
 
+use super::Simulation;
 use super::stepping::StepResult;
-use super::{Energies, Simulation};
 use crate::forward::affine_friction::{InterfaceMode, dot, norm};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
@@ -160,20 +160,18 @@ impl Simulation<'_> {
         if !opposes.all(|opposes| opposes) {
             return (second, false);
         }
+        // Friction and dampers never supply energy.
+        let [all, a, b] = [whole, first, &second].map(|result| &result.time_step.work);
+        let dissipates = |all: f64, a: f64, b: f64| (2.0 * (a + b) - all) * (a + b) >= 0.0;
+        let mut each = all.interfaces.iter().zip(&a.interfaces).zip(&b.interfaces);
+        if !each.all(|((all, a), b)| dissipates(*all, *a, *b))
+            || !dissipates(all.dampers, a.dampers, b.dampers)
+        {
+            return (second, false);
+        }
         let mut state = second.state.clone();
         extrapolate(&mut state.coordinates, &whole.state.coordinates);
         extrapolate(&mut state.rates, &whole.state.rates);
-        // Friction and dampers never supply energy.
-        let works =
-            |work: &Energies| work.interfaces.iter().copied().chain([work.dampers]).collect();
-        let [whole_work, first_work, second_work]: [Vec<f64>; 3] =
-            [whole, first, &second].map(|result| works(&result.time_step.work));
-        let mut each = whole_work.iter().zip(&first_work).zip(&second_work);
-        if !each.all(|((whole, first), second)| {
-            (2.0 * (first + second) - whole) * (first + second) >= 0.0
-        }) {
-            return (second, false);
-        }
         let model = self.model;
         let targets = model.targets(time, inputs);
         let held = (&second.anchors[..], &second.frozen[..]);

@@ -248,13 +248,13 @@ impl Simulation<'_> {
             };
             let each = [&whole, &first, &second].map(|result| &result.time_step.modes[..]);
             let transition = !each.iter().all(|after| same_slip(&modes, after));
-            let (apart, of_rates) =
-                (self.apart(&whole, &second, step), self.rates_apart(&whole, &second));
+            let apart = self.apart(&whole, &second, step);
             // Where velocities grow without bound before they jump, steps with accurate rates would
             // become shorter and shorter, and never reach the jump. Coordinates limit the steps much
             // less there.
             let refines = step > FIRST && !self.has_stiff_laws() && !self.is_switching();
             let smooth = refines && !transition;
+            let of_rates = if refines { self.rates_apart(&whole, &second) } else { 0.0 };
             let of_smooth = (of_rates / SMOOTH).min(OF_RATES * apart);
             let error = if smooth { apart.max(of_smooth) } else { apart };
             // The velocities jump if their change in one half of the step is nearly as large as

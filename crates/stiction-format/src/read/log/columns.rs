@@ -87,9 +87,6 @@ impl Reader<'_> {
         if self.format.is_steady && role == LogRole::Time {
             return meaning;
         }
-        if role == LogRole::Unused {
-            return meaning;
-        }
         meaning.role = role;
         let expected = match measure {
             Some(measure) => measure.dimension(),
@@ -136,10 +133,10 @@ impl Reader<'_> {
             let Some(name) = label.strip_suffix(suffix) else { continue };
             if let Some(index) = self.actuators.find(name) {
                 // In tables of `stiction forward`, this is the torque of the motor of a drive train times the
-                // transmission. The columns of the motors are used instead.
+                // transmission. It is not used, because the table has the columns of the motors.
                 let is_of_motor = suffix == ".drive" && !self.trains.is_empty();
                 if is_of_motor && self.header.text.contains(&format!("{name}.acceleration")) {
-                    return Some((LogRole::Unused, None));
+                    return None;
                 }
                 let measure = self.actuators.measure(index, Measure::Force, Measure::Moment);
                 return Some((LogRole::Effort(index), Some(measure)));

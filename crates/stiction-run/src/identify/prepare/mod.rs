@@ -33,7 +33,7 @@ pub use simulated::Deviation;
 pub(super) use simulated::{Plant, SimulatedEfforts};
 use stiction_core::kinematics::{Coordinate, State};
 use stiction_core::spatial::Pose;
-use stiction_format::{Drives, Log, ModelFile};
+use stiction_format::{Drives, Log, LogRole, ModelFile};
 use stiction_identify::{Block, Choice, Regressor};
 
 /// Measured log with its options.
@@ -50,13 +50,24 @@ pub struct MeasuredLog {
 }
 
 impl MeasuredLog {
+    /// Returns a copy of the log in which no column is a measured position or rate.
+    fn without_motion(&self) -> Self {
+        let mut log = self.clone();
+        for column in &mut log.log.columns {
+            if matches!(column.role, LogRole::Coordinate(_) | LogRole::Rate(_)) {
+                column.role = LogRole::Unused;
+            }
+        }
+        log
+    }
+
     /// Creates a log with its options.
     pub fn new(name: impl Into<String>, log: Log, settings: LogSettings) -> Self {
         Self { name: name.into(), log, settings, simulated: None }
     }
 }
 
-/// What the preparation of all logs has in common.
+/// Settings with which all logs are prepared.
 #[derive(Clone, Copy)]
 pub(super) struct Preparation<'a> {
     pub(super) model: &'a ModelFile,

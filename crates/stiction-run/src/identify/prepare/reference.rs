@@ -10,22 +10,38 @@ use nalgebra::DMatrix;
 use stiction_format::LogRole;
 
 impl MeasuredLog {
-    /// Returns a copy of the log with the commanded positions in place of the measured positions;
-    /// `None` if the log has no commanded positions.
-    fn commanded(&self) -> Option<Self> {
-        let mut log = self.clone();
-        let mut has_reference = false;
-        for column in &mut log.log.columns {
-            column.role = match column.role {
-                LogRole::Coordinate(_) | LogRole::Rate(_) => LogRole::Unused,
-                LogRole::Reference(coordinate) => {
-                    has_reference = true;
-                    LogRole::Coordinate(coordinate)
-                }
-                role => role,
-            };
+    /// Returns whether the log has commanded positions.
+    pub(in crate::identify) fn is_commanded(&self) -> bool {
+        self.log.columns.iter().any(|column| matches!(column.role, LogRole::Reference(_)))
+    }
+
+    /// Refuses a log without commanded positions; `purpose` tells, after "has no commanded motion", what needs them.
+    pub(in crate::identify) fn needs_command(&self, purpose: &str) -> Result<(), Error> {
+        if self.log.is_steady {
+            return Err(refuse(
+                format!("{}: a table of steady motions has no commanded motion", self.name),
+                "write `estimator = \"least-squares\"` in the options",
+            ));
         }
-        has_reference.then_some(log)
+        if !self.is_commanded() {
+            return Err(refuse(
+                format!("{} has no commanded motion{purpose}", self.name),
+                "log the commanded positions as columns such as `JOINT.reference [rad]`, or write \
+                 `estimator = \"least-squares\"`",
+            ));
+        }
+        Ok(())
+    }
+
+    /// Returns a copy of the log with the commanded positions in place of the measured positions.
+    fn commanded(&self) -> Self {
+        let mut log = self.without_motion();
+        for column in &mut log.log.columns {
+            if let LogRole::Reference(coordinate) = column.role {
+                column.role = LogRole::Coordinate(coordinate);
+            }
+        }
+        log
     }
 }
 
@@ -41,20 +57,8 @@ impl Prepared {
         preparation: Preparation<'_>,
         log: &MeasuredLog,
     ) -> Result<(), Error> {
-        let help = "log the commanded positions as columns such as `JOINT.reference [rad]`, or write \
-                    `estimator = \"least-squares\"`";
-        if log.log.is_steady {
-            return Err(refuse(
-                format!("{}: a table of steady motions has no commanded motion", log.name),
-                "write `estimator = \"least-squares\"` in the options",
-            ));
-        }
-        let Some(commanded) = log.commanded() else {
-            return Err(refuse(
-                format!("{} has no commanded motion for instrumental variables", log.name),
-                help,
-            ));
-        };
+        log.needs_command(" for instrumental variables")?;
+        let commanded = log.commanded();
         let preparation = Preparation { filter: self.cutoff, ..preparation };
         let other = Self::new(preparation, &commanded, None).map_err(|error| {
             refuse(format!("the commanded motion of {}", error.message), error.help)

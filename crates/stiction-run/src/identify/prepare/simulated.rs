@@ -9,6 +9,7 @@ use crate::identify::IdentifyError as Error;
 use crate::identify::chosen::{chosen_coordinates, refuse};
 use crate::identify::run::differences;
 use nalgebra::{DVector, Matrix3, Vector3};
+use std::ops::Range;
 use stiction_core::forward::Known;
 use stiction_core::kinematics::{Coordinate, Target};
 use stiction_format::{Control, LoadCase, LogColumn, LogRole, LowPass, ModelFile, Motion, Signal};
@@ -60,11 +61,6 @@ pub(in crate::identify) struct Plant<'a> {
 }
 
 impl MeasuredLog {
-    /// Returns whether the log has commanded positions.
-    pub(in crate::identify) fn is_commanded(&self) -> bool {
-        self.log.columns.iter().any(|column| matches!(column.role, LogRole::Reference(_)))
-    }
-
     /// Simulates the closed loop of a model and its controller along the commanded motion. Returns a copy of the log in
     /// which the simulated positions of the actuators replace all measured positions, and the differences between both
     /// if the positions of the actuators are measured. Each piece between gaps that the filter cannot bridge is simulated
@@ -104,12 +100,7 @@ impl MeasuredLog {
         let driven: Vec<&Dof> = places.iter().map(|&place| &dofs[place]).collect();
         let filtered = (&used, &pieces[..], cutoff);
         let deviations = self.deviations(filtered, &driven, [&positions, &commanded]);
-        let mut log = self.clone();
-        for column in &mut log.log.columns {
-            if matches!(column.role, LogRole::Coordinate(_) | LogRole::Rate(_)) {
-                column.role = LogRole::Unused;
-            }
-        }
+        let mut log = self.without_motion();
         let columns = driven.iter().zip(positions).map(|(dof, values)| LogColumn {
             name: format!("{} (simulated)", dof.name),
             role: LogRole::Coordinate(coordinate(dof)),
@@ -123,7 +114,6 @@ impl MeasuredLog {
 
     /// Returns the cut-off frequency, Hz, that suits the measured positions or, if the log lacks them, the commanded ones.
     fn suggested_cutoff(&self, model: &ModelFile, used: &Used<'_>) -> f64 {
-        let types: Vec<_> = model.mechanism.joints().iter().map(|joint| joint.joint_type).collect();
         let of = |is_measured: bool| -> Vec<Vec<f64>> {
             let columns = self.log.columns.iter().enumerate();
             let each = columns.filter_map(|(index, column)| {
@@ -134,7 +124,7 @@ impl MeasuredLog {
                 };
                 let mut values = used.pick(index);
                 spikes::replace(&used.times, &mut values, &used.samples(), 0.0);
-                if coordinate.is_angle(&types) {
+                if is_angle(model, coordinate) {
                     used.samples().into_iter().for_each(|own| {
                         unwrap(&mut values[own]);
                     });
@@ -211,15 +201,10 @@ impl MeasuredLog {
     /// Returns the commanded motion between two times, s, as splines through its samples.
     fn commanded_motion(&self, plant: &ModelFile, used: &Used<'_>, ends: (f64, f64)) -> Motion {
         let samples = filter::within(&used.times, ends);
-        let joints = plant.mechanism.joints();
-        let types: Vec<_> = joints.iter().map(|joint| joint.joint_type).collect();
         let references = self.log.columns.iter().enumerate();
         let coordinates = references.filter_map(|(index, column)| {
             let LogRole::Reference(coordinate) = column.role else { return None };
-            let mut values = used.pick(index)[samples.clone()].to_vec();
-            if coordinate.is_angle(&types) {
-                unwrap(&mut values);
-            }
+            let values = continuous(plant, used, (index, coordinate), samples.clone());
             Some((coordinate, Signal::through(&used.times[samples.clone()], values)))
         });
         let coordinates = coordinates.collect();
@@ -236,17 +221,13 @@ impl MeasuredLog {
         (used, ends, cutoff): (&Used<'_>, (f64, f64), f64),
     ) -> Option<Vec<Known>> {
         let chosen = chosen_coordinates(plant, self).ok()?;
-        let joints = plant.mechanism.joints();
-        let types: Vec<_> = joints.iter().map(|joint| joint.joint_type).collect();
         let mut samples = filter::within(&used.times, ends);
         let period = filter::within(&used.times, (ends.0, ends.0 + cutoff.recip()));
         samples.end = period.end.max(samples.start + START).min(samples.end);
         let times = &used.times[samples.clone()];
         let each = chosen.iter().map(|chosen| {
-            let mut values = used.pick(chosen.position?)[samples.clone()].to_vec();
-            if chosen.coordinate.is_angle(&types) {
-                unwrap(&mut values);
-            }
+            let column = (chosen.position?, chosen.coordinate);
+            let mut values = continuous(plant, used, column, samples.clone());
             let mut commands = motion.coordinates.iter();
             let command = commands.find(|(coordinate, _)| *coordinate == chosen.coordinate);
             let at = |time: f64| command.map(|(_, signal)| signal.at(time));
@@ -304,11 +285,31 @@ impl MeasuredLog {
                 actuator: dof.name.clone(),
                 value: rms(&simulated[actuator]),
                 tracking: rms(&commanded[actuator]),
-                unit: if dof.translates { "m" } else { "rad" },
+                unit: dof.units()[0],
             })
         });
         each.collect()
     }
+}
+
+fn is_angle(model: &ModelFile, coordinate: Coordinate) -> bool {
+    let joints = model.mechanism.joints();
+    let types: Vec<_> = joints.iter().map(|joint| joint.joint_type).collect();
+    coordinate.is_angle(&types)
+}
+
+/// Returns samples of a column, given by its index and its coordinate; angles are continuous over full turns.
+fn continuous(
+    model: &ModelFile,
+    used: &Used<'_>,
+    (index, coordinate): (usize, Coordinate),
+    samples: Range<usize>,
+) -> Vec<f64> {
+    let mut values = used.pick(index)[samples].to_vec();
+    if is_angle(model, coordinate) {
+        unwrap(&mut values);
+    }
+    values
 }
 
 fn coordinate(dof: &Dof) -> Coordinate {
