@@ -87,10 +87,9 @@ fn shift(first: &[Rows], second: &[Rows]) -> Option<isize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::period::tests::rows;
 
     fn block(length: usize, motion: impl Fn(f64) -> f64) -> Block {
-        let mut block = Block::new(rows(length, motion).into(), 0.5);
+        let mut block = Block::new(vec![Rows::of_motion(length, motion)], 0.5);
         block.spacing = Some(0.01);
         block
     }

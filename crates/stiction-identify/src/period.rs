@@ -180,22 +180,11 @@ pub(crate) fn change_between(
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
+mod tests {
     use super::*;
-    use nalgebra::DMatrix;
 
-    /// Rows of one actuator with two columns, the motion and its square.
-    pub(crate) fn rows(length: usize, motion: impl Fn(f64) -> f64) -> [Rows; 1] {
-        [Rows {
-            matrix: DMatrix::from_fn(length, 2, |row, k| match k {
-                0 => motion(row as f64),
-                _ => motion(row as f64).powi(2),
-            }),
-            right: DVector::zeros(length),
-            measured: DVector::zeros(length),
-            instruments: None,
-            steps: (0..length).collect(),
-        }]
+    fn rows(length: usize, motion: impl Fn(f64) -> f64) -> [Rows; 1] {
+        [Rows::of_motion(length, motion)]
     }
 
     #[test]

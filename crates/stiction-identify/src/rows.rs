@@ -20,6 +20,14 @@ pub struct Rows {
 }
 
 impl Rows {
+    /// Rows of successive instants with two columns, the motion and its square, and without efforts.
+    #[cfg(test)]
+    pub(crate) fn of_motion(length: usize, motion: impl Fn(f64) -> f64) -> Self {
+        let matrix = DMatrix::from_fn(length, 2, |row, k| motion(row as f64).powi(k as i32 + 1));
+        let (right, measured) = (DVector::zeros(length), DVector::zeros(length));
+        Self { matrix, right, measured, instruments: None, steps: (0..length).collect() }
+    }
+
     /// Appends a column to the matrix and, if there are instruments, to the instruments.
     pub fn push_column(&mut self, column: &DVector<f64>) {
         let without = self.rows_without_instruments();
