@@ -102,6 +102,44 @@ fn static_friction_holds_at_a_reversal() {
     assert!(errors[0] < 5e-4 && errors[1] < 0.3 * errors[0], "{errors:?}");
 }
 
+/// A block slides up a ramp and back. The friction slows it down three times as fast as gravity
+/// accelerates it afterwards, so an instant of the reversal estimated with the friction after it
+/// would be far too late. The only event is the reversal, and neither instant nor velocity is off.
+#[test]
+fn a_reversal_is_one_event() {
+    let x = along(Vec3::zero(), Vec3::unit(0));
+    let mechanism = MechanismBuilder::new("ramp")
+        .gravity(v(-9.81, -9.81, 0.0))
+        .body(BodySpec::new("block").mass(1.0).inertia(diagonal(0.1, 0.1, 0.1)))
+        .joint(
+            JointSpec::new("table", JointType::Prismatic, "ground", "block")
+                .frames(x, x)
+                .friction(friction(0.5, 0.0, None)),
+        )
+        .build()
+        .unwrap();
+    let model = Forward::new(mechanism, &[]);
+    let (up, down) = (1.5 * 9.81, 0.5 * 9.81);
+    for speed in [0.7, 1.0, 1.3] {
+        let mut inputs = ConstantEfforts(vec![]);
+        let mut state = State::new(model.topology());
+        state.rates[0] = speed;
+        let mut simulation = model.start(0.0, state, in_steps(1e-7), &mut inputs).unwrap();
+        simulation.advance(0.2, &mut inputs).unwrap();
+        let [method, event] = simulation.events() else { panic!("{:?}", simulation.events()) };
+        assert!(matches!(method.kind, EventKind::Method { .. }), "{method:?}");
+        assert!(matches!(event.kind, EventKind::Slides { .. }), "{event:?}");
+        let turn = event.time;
+        let rate = simulation.instant().state.rates[0] + down * (0.2 - speed / up);
+        println!(
+            "{speed}: turns at {turn}, {:.1e} late; rate off by {rate:.1e}",
+            turn - speed / up
+        );
+        assert!(rate.abs() < 1e-5, "{rate}");
+        assert!((turn - speed / up).abs() < 1e-9, "{turn}");
+    }
+}
+
 /// The crank of reference R8, with efforts inside and outside its holding interval, by time
 /// stepping.
 #[test]

@@ -158,7 +158,7 @@ impl Simulation<'_> {
         self.limit_factor = situation.limit_factor;
         self.modes = modes;
         self.now = model.instant(&situation, &self.modes, &solved);
-        self.record_mode_changes(&before);
+        self.record_mode_changes(&before, &[]);
         self.hold(inputs)?;
         self.look_for_others(inputs)?;
         // The first step after a change of modes is short.
@@ -218,13 +218,20 @@ impl Simulation<'_> {
         }
         let y = self.pack();
         self.now = self.evaluate(self.now.time, &y, inputs, self.settings.look_for_others)?;
-        self.record_mode_changes(&before);
+        self.record_mode_changes(&before, &[]);
         self.step *= 0.1;
         Ok(())
     }
 
-    pub(super) fn record_mode_changes(&mut self, before: &[InterfaceMode]) {
-        let time = self.now.time;
+    /// Records an event for each interface that began to stick or to slip, or that reversed, since its
+    /// modes were `before`. `reversals` gives the interfaces that reversed before the present time, each
+    /// with the time of the reversal, s.
+    pub(super) fn record_mode_changes(
+        &mut self,
+        before: &[InterfaceMode],
+        reversals: &[(usize, f64)],
+    ) {
+        let first = self.events.len();
         for interface in 0..self.modes.len() {
             let joint = self.model.reported_joint(interface);
             let kind = match (before[interface], self.modes[interface]) {
@@ -248,7 +255,13 @@ impl Simulation<'_> {
                 }
                 _ => continue,
             };
+            let earlier = reversals.iter().find(|(reverses, _)| *reverses == interface);
+            let time = match kind {
+                EventKind::Slides { .. } => earlier.map_or(self.now.time, |(_, time)| *time),
+                _ => self.now.time,
+            };
             self.events.push(Event { time, kind });
         }
+        self.events[first..].sort_by(|a, b| a.time.total_cmp(&b.time));
     }
 }

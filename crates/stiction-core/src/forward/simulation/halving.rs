@@ -17,6 +17,8 @@ pub(super) const SMOOTH: f64 = 10.0;
 /// Largest value of [`Simulation::rates_apart`] in steps with steady accelerations that are
 /// extrapolated. It exceeds [`SMOOTH`] because coordinates limit how far steps are shortened.
 pub(super) const EXTRAPOLATED: f64 = 50.0;
+/// Reversals before this fraction of the time to the last reversal of a step are at its start.
+const AT_START: f64 = 0.02;
 
 impl Simulation<'_> {
     /// Computes one whole step, and two steps of half its length, from the same start.
@@ -68,26 +70,45 @@ impl Simulation<'_> {
         self.relative(&each.map(|(a, b)| a - b).collect::<Vec<f64>>(), whole)
     }
 
-    /// Returns the error of the rates in a step in which an interface reverses, see
-    /// [`Self::relative`], and the time from the start of the step to the reversal, s. The step
-    /// applies the friction after the reversal from its start on, so the error is the change of the
-    /// accelerations at the reversal times this time. A comparison with half steps does not show it
-    /// if the reversal lies in the first half. Returns `None` if no interface reverses.
-    pub(super) fn reversal(&self, whole: &StepResult, step: f64) -> Option<(f64, f64)> {
+    /// Returns the interfaces that reverse in a step, each with the time from the start of the step to
+    /// the reversal, s.
+    pub(super) fn reversals(&self, whole: &StepResult, step: f64) -> Vec<(usize, f64)> {
         let each = self.modes.iter().zip(&whole.time_step.modes).enumerate();
         let reversals = each.filter_map(|(k, modes)| match modes {
             (InterfaceMode::Slides(a), InterfaceMode::Slides(b)) if dot(*a, *b) < 0.0 => {
-                let [before, after] =
-                    [self.now.interfaces[k].velocity, whole.time_step.velocities[k]];
-                let [before, after] = [before, after].map(norm);
-                Some(step * before / (before + after))
+                let (before, after) =
+                    (self.now.interfaces[k].velocity, whole.time_step.velocities[k]);
+                // The sliding before the reversal slows down at the present rate, which is that of
+                // the last step. The change of velocity in the whole step is due to the friction
+                // after the reversal, which slows it down less.
+                let slows = -dot(before, self.model.surface_acceleration(&self.now.bodies, k));
+                let speeds = [before, after].map(norm);
+                let latest = step * speeds[0] / (speeds[0] + speeds[1]);
+                let time = dot(before, before) / slows;
+                Some((k, if slows > 0.0 { time.min(latest) } else { latest }))
             }
             _ => None,
         });
-        let time = reversals.filter(|time| time.is_finite()).reduce(f64::max)?;
+        reversals.filter(|(_, time)| time.is_finite()).collect()
+    }
+
+    /// Returns the error of the rates in a step because of `reversals`, see [`Self::relative`], and the
+    /// time from the start of the step to the first reversal that is not at the start, s. The step
+    /// applies the friction after a reversal from its start on, so the error is the change of the
+    /// accelerations at the reversal times the time to the last reversal. A comparison with half steps
+    /// does not show it if the reversal lies in the first half. Returns `None` if no interface
+    /// reverses.
+    pub(super) fn of_reversals(
+        &self,
+        whole: &StepResult,
+        reversals: &[(usize, f64)],
+    ) -> Option<(f64, f64)> {
+        let times = reversals.iter().map(|(_, time)| *time);
+        let last = times.clone().reduce(f64::max)?;
+        let first = times.filter(|time| *time >= AT_START * last).fold(last, f64::min);
         let [before, after] = [&self.now.state, &whole.state].map(|state| &state.accelerations);
-        let change: Vec<f64> = before.iter().zip(after).map(|(a, b)| time * (b - a)).collect();
-        Some((self.relative(&change, whole), time))
+        let change: Vec<f64> = before.iter().zip(after).map(|(a, b)| last * (b - a)).collect();
+        Some((self.relative(&change, whole), first))
     }
 
     /// Returns the root of the kinetic energy that a difference of rates has, relative to that of the

@@ -41,6 +41,8 @@ const BEFORE_REVERSAL: f64 = 0.98;
 /// transition may be shortened because of the error of the rates. Where transitions follow each
 /// other more densely, their steps are not shortened for this reason.
 const REFINEMENT: usize = 8;
+/// The same number for a step that ends before a reversal, which needs only two more steps.
+const REVERSAL: usize = 2;
 /// Upper limit of [`Stepping::refinements`], and its value at the start.
 pub(super) const REFINEMENTS: usize = 4 * REFINEMENT;
 /// Longer steps, s, that are tried if the shortest step has no solution. The change of velocity in
@@ -219,6 +221,8 @@ impl Simulation<'_> {
         let mut is_last_resort = false;
         // Length of a valid step that is tried again with a shorter length.
         let mut valid = None;
+        // Length of a step that ends before a reversal, and the rest of the step that it replaces.
+        let mut before_reversal = None;
         loop {
             let left = end - time;
             let mut step = stepping.step.min(longest).min(left);
@@ -259,7 +263,7 @@ impl Simulation<'_> {
             let error = if smooth { apart.max(of_smooth) } else { apart };
             // The velocities jump if their change in one half of the step is nearly as large as
             // their change in the whole step.
-            let all = self.change(&from, &whole.state);
+            let all = self.change(&from, &whole.state).max(self.change(&from, &second.state));
             let [early, late] = [(&from, &first.state), (&first.state, &second.state)]
                 .map(|(from, to)| self.change(from, to));
             let one = early.max(late);
@@ -282,22 +286,26 @@ impl Simulation<'_> {
             } else {
                 (second, false)
             };
+            let reversals = self.reversals(&whole, step);
             let mut refinement = None;
             if refines && accurate && !extrapolated && (transition || smooth) {
                 let shorter = step * (0.8 / of_rates).clamp(0.1, 0.7);
-                refinement = match self.reversal(&whole, step) {
-                    Some((error, time)) if error > 1.0 => Some(BEFORE_REVERSAL * time),
-                    _ if of_rates > 1.0 => Some(shorter),
+                refinement = match self.of_reversals(&whole, &reversals) {
+                    Some((error, time)) if error > 1.0 => Some((BEFORE_REVERSAL * time, true)),
+                    _ if of_rates > 1.0 => Some((shorter, false)),
                     _ => None,
                 };
             }
-            if let Some(shorter) = refinement.map(|step| step.max(SHORTEST_AT_TRANSITION))
+            if let Some((shorter, reverses)) = refinement
+                && let shorter = shorter.max(SHORTEST_AT_TRANSITION)
+                && let cost = if reverses { REVERSAL } else { REFINEMENT }
                 && shorter < step
-                && stepping.refinements >= REFINEMENT
+                && stepping.refinements >= cost
             {
-                stepping.refinements -= REFINEMENT;
+                stepping.refinements -= cost;
                 stepping.step = shorter;
                 valid = Some(step);
+                before_reversal = reverses.then_some((shorter, step - shorter));
                 continue;
             }
             if jumps || is_last_resort {
@@ -305,11 +313,17 @@ impl Simulation<'_> {
             }
             let grow = if error > 0.0 { (0.8 / error.sqrt()).clamp(0.3, 2.0) } else { 2.0 };
             let next = step * grow;
+            // The rest of a step that a reversal divides has the same friction as the whole step. A
+            // shorter step after the reversal could end between the reversal and the instant to which
+            // the friction after the reversal would delay it; friction would stop the motion there.
+            let rest = before_reversal.filter(|(length, _)| *length == step);
+            let next = rest.map_or(next, |(_, rest)| next.max(rest));
             stepping.step = if shortened { next.max(stepping.step) } else { next };
             let before = self.modes.clone();
             self.add(&first.time_step.work);
             self.settle(to, second, inputs);
-            self.record_mode_changes(&before);
+            let reversals: Vec<_> = reversals.iter().map(|(k, after)| (*k, time + after)).collect();
+            self.record_mode_changes(&before, &reversals);
             let same = before
                 .iter()
                 .zip(&self.modes)
