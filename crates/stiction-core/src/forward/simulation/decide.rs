@@ -224,13 +224,9 @@ impl Simulation<'_> {
     }
 
     /// Records an event for each interface that began to stick or to slip, or that reversed, since its
-    /// modes were `before`. `reversals` gives the interfaces that reversed before the present time, each
-    /// with the time of the reversal, s.
-    pub(super) fn record_mode_changes(
-        &mut self,
-        before: &[InterfaceMode],
-        reversals: &[(usize, f64)],
-    ) {
+    /// modes were `before`. `stops` gives the interfaces that stopped or reversed before the present
+    /// time, each with this time, s.
+    pub(super) fn record_mode_changes(&mut self, before: &[InterfaceMode], stops: &[(usize, f64)]) {
         let first = self.events.len();
         for interface in 0..self.modes.len() {
             let joint = self.model.reported_joint(interface);
@@ -255,11 +251,8 @@ impl Simulation<'_> {
                 }
                 _ => continue,
             };
-            let earlier = reversals.iter().find(|(reverses, _)| *reverses == interface);
-            let time = match kind {
-                EventKind::Slides { .. } => earlier.map_or(self.now.time, |(_, time)| *time),
-                _ => self.now.time,
-            };
+            let stop = stops.iter().find(|(stops, _)| *stops == interface);
+            let time = stop.map_or(self.now.time, |(_, time)| *time);
             self.events.push(Event { time, kind });
         }
         self.events[first..].sort_by(|a, b| a.time.total_cmp(&b.time));

@@ -17,7 +17,7 @@ pub(super) const SMOOTH: f64 = 10.0;
 /// Largest value of [`Simulation::rates_apart`] in steps with steady accelerations that are
 /// extrapolated. It exceeds [`SMOOTH`] because coordinates limit how far steps are shortened.
 pub(super) const EXTRAPOLATED: f64 = 50.0;
-/// Reversals before this fraction of the time to the last reversal of a step are at its start.
+/// Stops before this fraction of the time to the last stop of a step are at its start.
 const AT_START: f64 = 0.02;
 
 impl Simulation<'_> {
@@ -70,40 +70,40 @@ impl Simulation<'_> {
         self.relative(&each.map(|(a, b)| a - b).collect::<Vec<f64>>(), whole)
     }
 
-    /// Returns the interfaces that reverse in a step, each with the time from the start of the step to
-    /// the reversal, s.
-    pub(super) fn reversals(&self, whole: &StepResult, step: f64) -> Vec<(usize, f64)> {
+    /// Returns the interfaces whose sliding stops or reverses in a step, each with the time from the
+    /// start of the step to that instant, s.
+    pub(super) fn stops(&self, whole: &StepResult, step: f64) -> Vec<(usize, f64)> {
         let each = self.modes.iter().zip(&whole.time_step.modes).enumerate();
-        let reversals = each.filter_map(|(k, modes)| match modes {
-            (InterfaceMode::Slides(a), InterfaceMode::Slides(b)) if dot(*a, *b) < 0.0 => {
-                let (before, after) =
-                    (self.now.interfaces[k].velocity, whole.time_step.velocities[k]);
-                // The sliding before the reversal slows down at the present rate, which is that of
-                // the last step. The change of velocity in the whole step is due to the friction
-                // after the reversal, which slows it down less.
-                let slows = -dot(before, self.model.surface_acceleration(&self.now.bodies, k));
-                let speeds = [before, after].map(norm);
-                let latest = step * speeds[0] / (speeds[0] + speeds[1]);
-                let time = dot(before, before) / slows;
-                Some((k, if slows > 0.0 { time.min(latest) } else { latest }))
+        let stops = each.filter_map(|(k, modes)| {
+            match modes {
+                (InterfaceMode::Slides(a), InterfaceMode::Slides(b)) if dot(*a, *b) < 0.0 => {}
+                (InterfaceMode::Slides(_), InterfaceMode::Sticks) => {}
+                _ => return None,
             }
-            _ => None,
+            let (before, after) = (self.now.interfaces[k].velocity, whole.time_step.velocities[k]);
+            // The sliding slows down at the present rate, which is that of the last step. The change
+            // of velocity in the whole step is due to the friction after the stop, which slows it
+            // down less.
+            let slows = -dot(before, self.model.surface_acceleration(&self.now.bodies, k));
+            let speeds = [before, after].map(norm);
+            let latest = step * speeds[0] / (speeds[0] + speeds[1]);
+            let time = dot(before, before) / slows;
+            Some((k, if slows > 0.0 { time.min(latest) } else { latest }))
         });
-        reversals.filter(|(_, time)| time.is_finite()).collect()
+        stops.filter(|(_, time)| time.is_finite()).collect()
     }
 
-    /// Returns the error of the rates in a step because of `reversals`, see [`Self::relative`], and the
-    /// time from the start of the step to the first reversal that is not at the start, s. The step
-    /// applies the friction after a reversal from its start on, so the error is the change of the
-    /// accelerations at the reversal times the time to the last reversal. A comparison with half steps
-    /// does not show it if the reversal lies in the first half. Returns `None` if no interface
-    /// reverses.
-    pub(super) fn of_reversals(
+    /// Returns the error of the rates in a step because of `stops`, see [`Self::relative`], and the time
+    /// from the start of the step to the first stop that is not at the start, s. The step applies the
+    /// friction after a stop from its start on, so the error is the change of the accelerations at the
+    /// stop times the time to the last stop. A comparison with half steps does not show it if the stop
+    /// lies in the first half. Returns `None` if nothing stops.
+    pub(super) fn of_stops(
         &self,
         whole: &StepResult,
-        reversals: &[(usize, f64)],
+        stops: &[(usize, f64)],
     ) -> Option<(f64, f64)> {
-        let times = reversals.iter().map(|(_, time)| *time);
+        let times = stops.iter().map(|(_, time)| *time);
         let last = times.clone().reduce(f64::max)?;
         let first = times.filter(|time| *time >= AT_START * last).fold(last, f64::min);
         let [before, after] = [&self.now.state, &whole.state].map(|state| &state.accelerations);

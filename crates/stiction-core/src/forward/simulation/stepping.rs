@@ -35,14 +35,14 @@ const STEADY: f64 = 1.2;
 const SHORTEST_STEADY: f64 = 1e-5;
 /// Length, s, to which a step may be shortened because of the error of the rates at a transition.
 const SHORTEST_AT_TRANSITION: f64 = 1e-7;
-/// End of a step before a reversal, as a fraction of the estimated time to the reversal.
-const BEFORE_REVERSAL: f64 = 0.98;
+/// End of a step before a stop or reversal, as a fraction of the estimated time to it.
+const BEFORE_STOP: f64 = 0.98;
 /// Number of steps without a reversal or stick-slip transition after which one more step at a
 /// transition may be shortened because of the error of the rates. Where transitions follow each
 /// other more densely, their steps are not shortened for this reason.
 const REFINEMENT: usize = 8;
-/// The same number for a step that ends before a reversal, which needs only two more steps.
-const REVERSAL: usize = 2;
+/// The same number for a step that ends before a stop or reversal, which needs only two more steps.
+const STOP: usize = 2;
 /// Upper limit of [`Stepping::refinements`], and its value at the start.
 pub(super) const REFINEMENTS: usize = 4 * REFINEMENT;
 /// Longer steps, s, that are tried if the shortest step has no solution. The change of velocity in
@@ -221,8 +221,8 @@ impl Simulation<'_> {
         let mut is_last_resort = false;
         // Length of a valid step that is tried again with a shorter length.
         let mut valid = None;
-        // Length of a step that ends before a reversal, and the rest of the step that it replaces.
-        let mut before_reversal = None;
+        // Length of a step that ends before a stop or reversal, and the rest of the step that it replaces.
+        let mut before_stop = None;
         loop {
             let left = end - time;
             let mut step = stepping.step.min(longest).min(left);
@@ -286,26 +286,26 @@ impl Simulation<'_> {
             } else {
                 (second, false)
             };
-            let reversals = self.reversals(&whole, step);
+            let stops = self.stops(&whole, step);
             let mut refinement = None;
             if refines && accurate && !extrapolated && (transition || smooth) {
                 let shorter = step * (0.8 / of_rates).clamp(0.1, 0.7);
-                refinement = match self.of_reversals(&whole, &reversals) {
-                    Some((error, time)) if error > 1.0 => Some((BEFORE_REVERSAL * time, true)),
+                refinement = match self.of_stops(&whole, &stops) {
+                    Some((error, time)) if error > 1.0 => Some((BEFORE_STOP * time, true)),
                     _ if of_rates > 1.0 => Some((shorter, false)),
                     _ => None,
                 };
             }
-            if let Some((shorter, reverses)) = refinement
+            if let Some((shorter, divides)) = refinement
                 && let shorter = shorter.max(SHORTEST_AT_TRANSITION)
-                && let cost = if reverses { REVERSAL } else { REFINEMENT }
+                && let cost = if divides { STOP } else { REFINEMENT }
                 && shorter < step
                 && stepping.refinements >= cost
             {
                 stepping.refinements -= cost;
                 stepping.step = shorter;
                 valid = Some(step);
-                before_reversal = reverses.then_some((shorter, step - shorter));
+                before_stop = divides.then_some((shorter, step - shorter));
                 continue;
             }
             if jumps || is_last_resort {
@@ -313,17 +313,17 @@ impl Simulation<'_> {
             }
             let grow = if error > 0.0 { (0.8 / error.sqrt()).clamp(0.3, 2.0) } else { 2.0 };
             let next = step * grow;
-            // The rest of a step that a reversal divides has the same friction as the whole step. A
-            // shorter step after the reversal could end between the reversal and the instant to which
-            // the friction after the reversal would delay it; friction would stop the motion there.
-            let rest = before_reversal.filter(|(length, _)| *length == step);
+            // The rest of a step that a stop divides has the same friction as the whole step. A shorter
+            // step after a reversal could end between the reversal and the instant to which the
+            // friction after the reversal would delay it; friction would stop the motion there.
+            let rest = before_stop.filter(|(length, _)| *length == step);
             let next = rest.map_or(next, |(_, rest)| next.max(rest));
             stepping.step = if shortened { next.max(stepping.step) } else { next };
             let before = self.modes.clone();
             self.add(&first.time_step.work);
             self.settle(to, second, inputs);
-            let reversals: Vec<_> = reversals.iter().map(|(k, after)| (*k, time + after)).collect();
-            self.record_mode_changes(&before, &reversals);
+            let stops: Vec<_> = stops.iter().map(|(k, after)| (*k, time + after)).collect();
+            self.record_mode_changes(&before, &stops);
             let same = before
                 .iter()
                 .zip(&self.modes)
