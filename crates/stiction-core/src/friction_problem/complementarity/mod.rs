@@ -17,7 +17,8 @@
 //! start, but slowly. Newton's method on the nonsmooth equations (Alart and Curnier 1991) converges
 //! fast near a solution. If self-stresses leave friction indeterminate, Newton steps have minimum
 //! norm, so that the method finds a solution near the start. If both methods fail, continuation
-//! increases the friction coefficients from zero.
+//! increases the friction coefficients from zero, or decreases them from values with which everything
+//! sticks.
 //!
 //! Equation (D5) of the book's theory.
 
@@ -56,6 +57,12 @@ const SCALINGS: [Scaling; 4] = [
 const STEPS: StepPolicy =
     StepPolicy { first: 0.1, growth: 1.5, longest: f64::INFINITY, shortest: 1e-4, most: 300 };
 
+/// Multiple of the friction coefficients at the start of the continuation in which everything sticks.
+const STUCK: f64 = 1e9;
+/// Factor of a first step of this continuation, and the factor of a step that is too small.
+const DECREASE: f64 = 0.25;
+const SMALLEST_DECREASE: f64 = 0.99;
+
 /// Solution of the complementarity problem.
 #[derive(Clone, Debug)]
 pub(crate) struct Solution {
@@ -93,7 +100,7 @@ impl Complementarity<'_> {
         }
         let x = match found {
             Some(x) => x,
-            None => self.follow_friction()?,
+            None => self.follow_friction().or_else(|| self.follow_stick())?,
         };
         Some(self.complete(x))
     }
@@ -136,6 +143,33 @@ impl Complementarity<'_> {
         let x = vec![0.0; self.count()];
         let mut branch = FrictionBranch { problem: self, trial: x.clone(), x };
         continuation::follow(&mut branch, STEPS, 1.0).ok().map(|_| branch.x)
+    }
+
+    /// Computes the solution by continuation from [`STUCK`] times the friction coefficients, with which
+    /// everything sticks, to full friction. If the solution branch from zero friction ends before full
+    /// friction (jamming), the friction that stops the motion may lie on this other branch. Returns
+    /// `None` if the continuation fails.
+    fn follow_stick(&self) -> Option<Vec<f64>> {
+        let x = vec![0.0; self.count()];
+        let mut branch = FrictionBranch { problem: self, trial: x.clone(), x };
+        let (mut part, mut factor) = (STUCK, DECREASE);
+        if !branch.correct(part) {
+            return None;
+        }
+        branch.accept();
+        while part > 1.0 {
+            let next = f64::max(part * factor, 1.0);
+            if branch.correct(next) {
+                branch.accept();
+                part = next;
+            } else {
+                factor = factor.sqrt();
+                if factor > SMALLEST_DECREASE {
+                    return None;
+                }
+            }
+        }
+        Some(branch.x)
     }
 
     fn complete(&self, amounts: Vec<f64>) -> Solution {
