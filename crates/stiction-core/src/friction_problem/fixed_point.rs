@@ -34,12 +34,14 @@ pub(crate) struct FixedPoint {
 }
 
 impl FixedPoint {
-    /// Solves `x = map(x)`, starting from `x`, which becomes the solution. Returns `false` if the
+    /// Solves `x = map(x)` to a relative error of `tolerance`, or to round-off if that is larger,
+    /// starting from `x`, which becomes the solution. Returns `false` if the
     /// map does not contract along the iteration, or if the iteration does not converge. After a
     /// success, the last argument of `map` agrees with the solution up to the tolerance.
     pub(crate) fn solve(
         &mut self,
         x: &mut Vec<f64>,
+        tolerance: f64,
         mut map: impl FnMut(&[f64], &mut Vec<f64>),
     ) -> bool {
         let Self { mapped, residual, before, points, residuals } = self;
@@ -53,7 +55,7 @@ impl FixedPoint {
             if !(change.is_finite() && size.is_finite()) {
                 return false;
             }
-            let settled = change <= SETTLED * size;
+            let settled = change <= SETTLED.max(tolerance) * size;
             let stagnates = change >= 0.5 * smallest && change <= STAGNATED * size;
             if settled || stagnates {
                 x.clone_from(mapped);
