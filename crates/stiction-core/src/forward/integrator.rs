@@ -263,3 +263,68 @@ impl Steps {
         y.iter_mut().zip(&self.start).for_each(|(y, s)| *y += s);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::convert::Infallible;
+
+    const SCALES: Tolerance<'_> = Tolerance { relative: 0.0, absolute: 1.0, scales: &[1.0] };
+
+    /// Derivative of `exp(sin t)`.
+    fn rate(t: f64, y: &[f64], rates: &mut Vec<f64>) -> Result<(), Infallible> {
+        rates.clear();
+        rates.push(y[0] * t.cos());
+        Ok(())
+    }
+
+    /// Integrates from 0 to 1 in `count` steps. Returns the error at the end, and the largest
+    /// estimate of an error in a step.
+    fn error(order: Order, count: u32) -> (f64, f64) {
+        let mut steps = Steps::default();
+        let (mut y, mut first, mut most) = (vec![1.0], Vec::new(), 0.0_f64);
+        let step = 1.0 / f64::from(count);
+        for k in 0..count {
+            let time = f64::from(k) * step;
+            let Ok(()) = rate(time, &y, &mut first);
+            let state = (&y[..], &first[..]);
+            let Ok(mut own) = steps.attempt(order, state, (time, step), &SCALES, rate);
+            y.clone_from(&steps.end);
+            if order == Order::Four {
+                let Ok(()) = rate(time + step, &y, &mut first);
+                own = steps.error_of_order_3(&first, &SCALES);
+            }
+            most = most.max(own);
+        }
+        ((y[0] - 1_f64.sin().exp()).abs(), most)
+    }
+
+    #[test]
+    fn methods_have_their_orders_and_overestimate_their_errors() {
+        for (order, power) in [(Order::Four, 4), (Order::Five, 5), (Order::Eight, 8)] {
+            let ((coarse, _), (fine, most)) = (error(order, 4), error(order, 8));
+            assert!(coarse > 0.7 * 2_f64.powi(power) * fine, "{order:?}: {coarse:e} {fine:e}");
+            assert!(fine < 8.0 * most, "{order:?}: {fine:e} {most:e}");
+        }
+    }
+
+    #[test]
+    fn interpolation_of_steps_of_lower_order_is_accurate() {
+        for order in [Order::Four, Order::Five, Order::Eight] {
+            let (mut steps, mut y) = (Steps::default(), Vec::new());
+            let (mut first, mut last) = (Vec::new(), Vec::new());
+            let Ok(()) = rate(0.0, &[1.0], &mut first);
+            let Ok(_) = steps.attempt(order, (&[1.0], &first), (0.0, 0.1), &SCALES, rate);
+            let end = steps.end.clone();
+            let Ok(()) = rate(0.1, &end, &mut last);
+            let Ok(()) = steps.interpolate(0.0, &last, rate);
+            for k in 0..=10 {
+                let part = f64::from(k) / 10.0;
+                steps.at(part, &mut y);
+                let error = y[0] - (0.1 * part).sin().exp();
+                assert!(error.abs() < 1e-6, "{order:?} at {part}: {error:e}");
+            }
+            assert!((y[0] - end[0]).abs() < 1e-15, "{order:?}");
+        }
+    }
+}

@@ -148,7 +148,7 @@ mod tests {
         for factors in [[0.0, 0.0, 0.0], [0.3, -0.2, 0.1], [0.4, 0.4, -0.4]] {
             let (mut x, mut out) = (vec![1.0; 3], Vec::new());
             let map = map(factors);
-            assert!(FixedPoint::default().solve(&mut x, &map));
+            assert!(FixedPoint::default().solve(&mut x, 0.0, &map));
             map(&x, &mut out);
             let apart = x.iter().zip(&out).fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
             assert!(apart < 1e-13, "{factors:?}: {apart:e}");
@@ -159,7 +159,7 @@ mod tests {
     #[test]
     fn vanishing_loads_are_evaluated() {
         let (mut x, mut last) = (vec![1.0; 3], Vec::new());
-        let solved = FixedPoint::default().solve(&mut x, |x, out| {
+        let solved = FixedPoint::default().solve(&mut x, 0.0, |x, out| {
             last = x.to_vec();
             out.clear();
             out.extend([0.0; 3]);
@@ -172,6 +172,6 @@ mod tests {
     /// solution, but not on the branch that begins at zero friction.
     #[test]
     fn other_maps_are_refused() {
-        assert!(!FixedPoint::default().solve(&mut vec![1.0; 3], map([3.0, 0.1, 0.1])));
+        assert!(!FixedPoint::default().solve(&mut vec![1.0; 3], 0.0, map([3.0, 0.1, 0.1])));
     }
 }
