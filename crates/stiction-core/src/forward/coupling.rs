@@ -29,6 +29,8 @@ const STEPS: StepPolicy =
     StepPolicy { first: 0.1, growth: 1.5, longest: f64::INFINITY, shortest: 1e-6, most: 300 };
 /// Number of random starts in the search for other solutions.
 const STARTS: u32 = 24;
+/// Uniqueness bound so far below one that it stays below one in the next steps.
+pub(super) const CERTAIN: f64 = 0.5;
 /// Two solutions count as equal if their normal loads differ by less than this fraction of the
 /// largest load.
 const SAME: f64 = 1e-7;
@@ -48,8 +50,10 @@ pub(super) struct Coupling {
     /// Wrenches that do not depend on normal loads, each with the index of its joint: wrenches of
     /// actuators, and the constant parts of friction.
     constant: Vec<(usize, Wrench<f64>)>,
-    /// Response of the mechanism to the constant wrenches, loads and inertia forces.
+    /// Response of the mechanism to the constant wrenches, loads and inertia forces, if it is up to
+    /// date.
     base: Response,
+    has_base: bool,
     problem: LoadProblem,
     /// For each unknown normal load, the index of its joint and the friction wrench per newton of
     /// the load.
@@ -59,9 +63,13 @@ pub(super) struct Coupling {
     one: Response,
     all: Vec<(usize, Wrench<f64>)>,
     workspace: LoadWorkspace,
+    /// Units and interfaces of the last influence matrix.
+    influencing: (Vec<(usize, Wrench<f64>)>, Vec<usize>),
     /// True if the influence matrix of the problem is up to date. The size of this matrix is
     /// quadratic in the number of interfaces.
     has_influence: bool,
+    /// Uniqueness bound of the present influence matrix, if computed.
+    bound: Option<f64>,
     fixed_point: FixedPoint,
 }
 
@@ -114,48 +122,77 @@ impl Influence for Responses<'_> {
     }
 }
 
+/// Returns the wrench of a friction force at an interface and the index of its joint.
+fn friction_wrench(
+    (model, data): (&Forward, &Data),
+    interface: usize,
+    friction: [f64; 3],
+) -> (usize, Wrench<f64>) {
+    let content = &model.parameters.interfaces[interface];
+    let wrench = data.bodies.wrench_of(&model.topology, content, friction.map(|x| -x));
+    (content.joint, wrench)
+}
+
 impl Coupling {
+    /// Discards the influence matrix. Called after the equations of motion have been factorised
+    /// again.
+    pub(super) fn forget_influence(&mut self) {
+        self.has_influence = false;
+    }
+
     /// Sets up the problem for given frictions. `efforts` are the wrenches of the actuators, each
     /// with the index of its joint.
     pub(super) fn update(
         &mut self,
         (model, data): (&Forward, &Data),
         frictions: &[AffineFriction],
-        balance: &Balance,
-        (efforts, sticking): (&[(usize, Wrench<f64>)], &[StickingDof]),
-        workspace: &mut Workspace,
+        efforts: &[(usize, Wrench<f64>)],
     ) {
-        self.has_influence = false;
-        let Self { constant, base, problem, units, interfaces, .. } = self;
-        let (rows, bodies) = (&balance.rows.rows[..], &data.bodies);
-        let load_side = LoadSide { model, bodies, sticking, rows };
-        let wrench = |interface: usize, part: [f64; 3]| {
-            let content = &model.parameters.interfaces[interface];
-            let wrench = data.bodies.wrench_of(&model.topology, content, part.map(|x| -x));
-            (content.joint, wrench)
-        };
+        std::mem::swap(&mut self.units, &mut self.influencing.0);
+        std::mem::swap(&mut self.interfaces, &mut self.influencing.1);
+        self.has_base = false;
+        let Self { constant, units, interfaces, .. } = self;
         constant.clear();
         constant.extend_from_slice(efforts);
-        for (interface, friction) in frictions.iter().enumerate() {
-            if friction.constant != [0.0; 3] {
-                constant.push(wrench(interface, friction.constant));
-            }
-        }
-        balance.respond_into(model, data, constant, true, workspace, base);
-        problem.clear();
         units.clear();
         interfaces.clear();
         for (interface, friction) in frictions.iter().enumerate() {
+            if friction.constant != [0.0; 3] {
+                constant.push(friction_wrench((model, data), interface, friction.constant));
+            }
             if friction.per_load != [0.0; 3] {
-                let unit = wrench(interface, friction.per_load);
-                let mut own = base.wrenches[unit.0] - load_side.held(interface, &base.multipliers);
-                for other in load_side.behind(interface) {
-                    own -= wrench(other, frictions[other].constant).1;
-                }
-                problem.add(interface, friction.own, own);
-                units.push(unit);
+                units.push(friction_wrench((model, data), interface, friction.per_load));
                 interfaces.push(interface);
             }
+        }
+        self.has_influence &=
+            self.units == self.influencing.0 && self.interfaces == self.influencing.1;
+    }
+
+    /// Computes the response without friction that depends on normal loads, and the unknowns of the
+    /// problem, unless they are already up to date.
+    fn need_base(
+        &mut self,
+        (model, data): (&Forward, &Data),
+        frictions: &[AffineFriction],
+        balance: &Balance,
+        sticking: &[StickingDof],
+        workspace: &mut Workspace,
+    ) {
+        if std::mem::replace(&mut self.has_base, true) {
+            return;
+        }
+        let Self { constant, base, problem, units, interfaces, .. } = self;
+        balance.respond_into(model, data, constant, true, workspace, base);
+        let (rows, bodies) = (&balance.rows.rows[..], &data.bodies);
+        let load_side = LoadSide { model, bodies, sticking, rows };
+        problem.clear();
+        for (&interface, unit) in interfaces.iter().zip(&*units) {
+            let mut own = base.wrenches[unit.0] - load_side.held(interface, &base.multipliers);
+            for other in load_side.behind(interface) {
+                own -= friction_wrench((model, data), other, frictions[other].constant).1;
+            }
+            problem.add(interface, frictions[interface].own, own);
         }
     }
 
@@ -163,13 +200,16 @@ impl Coupling {
     pub(super) fn need_influence(
         &mut self,
         (model, data): (&Forward, &Data),
+        frictions: &[AffineFriction],
         balance: &Balance,
         sticking: &[StickingDof],
         workspace: &mut Workspace,
     ) {
+        self.need_base((model, data), frictions, balance, sticking, workspace);
         if std::mem::replace(&mut self.has_influence, true) {
             return;
         }
+        self.bound = None;
         let Self { problem, units, interfaces, one, .. } = self;
         let (rows, bodies) = (&balance.rows.rows[..], &data.bodies);
         let load_side = LoadSide { model, bodies, sticking, rows };
@@ -182,13 +222,14 @@ impl Coupling {
     /// `known`, N, one for each interface. Each iteration solves the equations of motion once,
     /// whereas Newton's method solves them once per interface. Returns false if the iteration does
     /// not contract, or if the normal load of an interface depends on the effort that a gear
-    /// transmits.
+    /// transmits. `tolerance` is the relative error of the loads at which the iteration may end; it
+    /// continues to round-off if `tolerance` is zero.
     pub(super) fn iterate(
         &mut self,
         (model, data): (&Forward, &Data),
         frictions: &[AffineFriction],
         balance: &Balance,
-        known: &[f64],
+        (known, tolerance): (&[f64], f64),
         (workspace, coupled): (&mut Workspace, &mut Coupled),
     ) -> bool {
         self.workspace.continuation_steps = 0;
@@ -197,19 +238,20 @@ impl Coupling {
             return false;
         }
         let at = model.configuration(data);
-        let Self { constant, base, units, interfaces, all, fixed_point, workspace: own, .. } = self;
+        let Self { constant, units, interfaces, all, fixed_point, workspace: own, .. } = self;
         let Coupled { response, loads: found } = coupled;
         if units.is_empty() {
             own.loads.clear();
-            response.clone_from(base);
+            balance.respond_into(model, data, constant, true, workspace, response);
         } else {
             own.loads.clear();
             own.loads.extend(interfaces.iter().map(|interface| known[*interface]));
-            let solved = fixed_point.solve(&mut own.loads, |loads, out| {
+            balance.prepare_whole(model, data, workspace);
+            let solved = fixed_point.solve(&mut own.loads, tolerance, |loads, out| {
                 all.clone_from(constant);
                 let units = units.iter().zip(loads);
                 all.extend(units.map(|(&(joint, unit), load)| (joint, unit * *load)));
-                balance.respond_into(model, data, all, true, workspace, response);
+                balance.respond_whole(model, data, all, workspace, response);
                 out.clear();
                 out.extend(interfaces.iter().map(|&interface| {
                     let wrench = response.wrenches[at.joint(interface)];
@@ -248,12 +290,19 @@ impl Coupling {
     }
 
     /// Returns the uniqueness bound of the normal loads for the present modes. If the bound is
-    /// below one, no other normal loads satisfy the friction laws in these modes.
+    /// below one, no other normal loads satisfy the friction laws in these modes. A bound below
+    /// [`CERTAIN`] need not be the smallest one.
     pub(super) fn bound(&mut self, model: &Forward, data: &Data) -> f64 {
+        if let Some(bound) = self.bound {
+            return bound;
+        }
         // The bound must not depend on bounds computed earlier, because a resumed simulation does
         // not have them.
-        let least = (BoundStart::New, 0.0);
-        self.problem.coupling_bound(model.configuration(data), least, &mut self.workspace)
+        let start = (BoundStart::New, CERTAIN);
+        let at = model.configuration(data);
+        let bound = self.problem.coupling_bound(at, start, &mut self.workspace);
+        self.bound = Some(bound);
+        bound
     }
 
     /// Searches from many random starts for solutions whose normal loads differ from those of
@@ -328,7 +377,7 @@ impl Coupling {
         let loads = &self.workspace.loads;
         let at = model.configuration(data);
         found.clear();
-        let mut solved = self.problem.interfaces().zip(loads).peekable();
+        let mut solved = self.interfaces.iter().copied().zip(loads).peekable();
         for (interface, friction) in frictions.iter().enumerate() {
             let wrench = response.wrenches[at.joint(interface)];
             found.push(match solved.next_if(|(next, _)| *next == interface) {

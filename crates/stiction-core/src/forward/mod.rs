@@ -11,6 +11,8 @@
 
 mod affine_friction;
 mod balance;
+mod cash_karp;
+mod classical;
 mod complementarity;
 mod constraint_jacobian;
 mod coupling;
@@ -64,7 +66,7 @@ use sparse::closures::{Closures, Reach};
 use std::sync::Arc;
 
 /// Number of DOFs of the spanning tree from which the sparse solver is faster than the dense one.
-const SPARSE: usize = 24;
+const SPARSE: usize = 25;
 
 /// Model of a mechanism for forward dynamics. Immutable.
 ///

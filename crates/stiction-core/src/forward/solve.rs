@@ -26,6 +26,10 @@ pub(super) struct Solved {
     pub(super) frictions: Vec<AffineFriction>,
     /// Uniqueness bound of the normal loads, if computed.
     pub(super) coupling_bound: Option<f64>,
+    /// Relative error of the normal loads at which their iteration may end; zero for round-off.
+    pub(super) load_tolerance: f64,
+    /// True if the coupling of friction and normal loads is weak.
+    pub(super) is_weak: bool,
     coupling: Coupling,
     efforts: Vec<(usize, Wrench<f64>)>,
     workspace: Workspace,
@@ -163,7 +167,8 @@ impl Forward {
         bound: bool,
         solved: &mut Solved,
     ) -> Result<(), Unsolved> {
-        let Solved { balance, constrained, sticking, workspace, .. } = solved;
+        let Solved { balance, constrained, sticking, workspace, coupling, .. } = solved;
+        coupling.forget_influence();
         self.constrain(&data.targets, modes, &data.distribution, constrained, sticking);
         balance.rows.update_rows(&self.topology, &self.parameters, &data.bodies, constrained);
         balance.update(self, data, workspace).map_err(Unsolved::Massless)?;
@@ -188,6 +193,8 @@ impl Forward {
             efforts,
             sticking,
             workspace,
+            load_tolerance,
+            is_weak,
             ..
         } = solved;
         frictions.clear();
@@ -210,24 +217,24 @@ impl Forward {
                 }
             }
         }
-        let given = (&efforts[..], &sticking[..]);
-        coupling.update((self, data), frictions, balance, given, workspace);
+        coupling.update((self, data), frictions, efforts);
         *coupling_bound = None;
         if bound {
-            coupling.need_influence((self, data), balance, sticking, workspace);
+            coupling.need_influence((self, data), frictions, balance, sticking, workspace);
             *coupling_bound = Some(coupling.bound(self, data));
         }
-        // The fixed-point iteration is used for mechanisms with a sparse factorisation. For smaller
-        // mechanisms, Newton's method with the influence matrix takes less time. If the bound is
-        // one or more, other solutions may exist, and only Newton's method stays on the present
-        // solution branch.
+        // The fixed-point iteration is used for mechanisms with a sparse factorisation and for weak
+        // coupling. Otherwise, Newton's method with the influence matrix takes less time. If the
+        // bound is one or more, other solutions may exist, and only Newton's method stays on the
+        // present solution branch.
         let is_unique = !coupling_bound.is_some_and(|bound| bound >= 1.0);
-        let iterated = known.filter(|_| is_unique && balance.is_sparse()).is_some_and(|known| {
+        let iterates = is_unique && (balance.is_sparse() || *is_weak);
+        let iterated = known.filter(|_| iterates).is_some_and(|known| {
             let results = (&mut *workspace, &mut *coupled);
-            coupling.iterate((self, data), frictions, balance, known, results)
+            coupling.iterate((self, data), frictions, balance, (known, *load_tolerance), results)
         });
         if !iterated {
-            coupling.need_influence((self, data), balance, sticking, workspace);
+            coupling.need_influence((self, data), frictions, balance, sticking, workspace);
             coupling
                 .solve((self, data), frictions, balance, known, (workspace, coupled))
                 .map_err(Unsolved::Locked)?;
@@ -244,7 +251,7 @@ impl Forward {
         solved: &mut Solved,
     ) -> Vec<Competitor> {
         let Solved { coupled, balance, frictions, coupling, sticking, workspace, .. } = solved;
-        coupling.need_influence((self, data), balance, sticking, workspace);
+        coupling.need_influence((self, data), frictions, balance, sticking, workspace);
         let others = coupling.others((self, data), frictions, balance, coupled, workspace);
         let competitor = |other: Coupled| Competitor {
             loads: other.loads,

@@ -34,12 +34,14 @@ pub(crate) struct FixedPoint {
 }
 
 impl FixedPoint {
-    /// Solves `x = map(x)`, starting from `x`, which becomes the solution. Returns `false` if the
+    /// Solves `x = map(x)` to a relative error of `tolerance`, or to round-off if that is larger,
+    /// starting from `x`, which becomes the solution. Returns `false` if the
     /// map does not contract along the iteration, or if the iteration does not converge. After a
     /// success, the last argument of `map` agrees with the solution up to the tolerance.
     pub(crate) fn solve(
         &mut self,
         x: &mut Vec<f64>,
+        tolerance: f64,
         mut map: impl FnMut(&[f64], &mut Vec<f64>),
     ) -> bool {
         let Self { mapped, residual, before, points, residuals } = self;
@@ -53,7 +55,7 @@ impl FixedPoint {
             if !(change.is_finite() && size.is_finite()) {
                 return false;
             }
-            let settled = change <= SETTLED * size;
+            let settled = change <= SETTLED.max(tolerance) * size;
             let stagnates = change >= 0.5 * smallest && change <= STAGNATED * size;
             if settled || stagnates {
                 x.clone_from(mapped);
@@ -146,7 +148,7 @@ mod tests {
         for factors in [[0.0, 0.0, 0.0], [0.3, -0.2, 0.1], [0.4, 0.4, -0.4]] {
             let (mut x, mut out) = (vec![1.0; 3], Vec::new());
             let map = map(factors);
-            assert!(FixedPoint::default().solve(&mut x, &map));
+            assert!(FixedPoint::default().solve(&mut x, 0.0, &map));
             map(&x, &mut out);
             let apart = x.iter().zip(&out).fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
             assert!(apart < 1e-13, "{factors:?}: {apart:e}");
@@ -157,7 +159,7 @@ mod tests {
     #[test]
     fn vanishing_loads_are_evaluated() {
         let (mut x, mut last) = (vec![1.0; 3], Vec::new());
-        let solved = FixedPoint::default().solve(&mut x, |x, out| {
+        let solved = FixedPoint::default().solve(&mut x, 0.0, |x, out| {
             last = x.to_vec();
             out.clear();
             out.extend([0.0; 3]);
@@ -170,6 +172,6 @@ mod tests {
     /// solution, but not on the branch that begins at zero friction.
     #[test]
     fn other_maps_are_refused() {
-        assert!(!FixedPoint::default().solve(&mut vec![1.0; 3], map([3.0, 0.1, 0.1])));
+        assert!(!FixedPoint::default().solve(&mut vec![1.0; 3], 0.0, map([3.0, 0.1, 0.1])));
     }
 }

@@ -20,6 +20,8 @@ pub(in crate::forward) type Four = Lanes<f64, 4>;
 #[derive(Clone, Debug, Default)]
 pub(in crate::forward) struct Workspace {
     right: Vec<f64>,
+    /// Generalised forces and accelerations of whole responses without given wrenches.
+    start: (Vec<f64>, Vec<f64>),
     one: Stages<f64>,
     four: Stages<Four>,
     sparse: SparseWorkspace,
@@ -53,25 +55,71 @@ impl Balance {
         workspace: &mut Workspace,
         response: &mut Response,
     ) {
-        let n = model.topology.dofs();
-        let Workspace { right, one, .. } = &mut *workspace;
-        fill(&mut one.forces, n, 0.0);
         if whole {
-            one.forces.iter_mut().zip(&data.masses.bias).for_each(|(f, b)| *f = -b);
-            one.demand.clone_from(&data.masses.bias_wrenches);
-        } else {
-            fill(&mut one.demand, data.bodies.pose.len(), Wrench::zero());
+            self.prepare_whole(model, data, workspace);
+            self.respond_whole(model, data, efforts, workspace, response);
+            return;
         }
+        let (n, one) = (model.topology.dofs(), &mut workspace.one);
+        fill(&mut one.forces, n, 0.0);
         fill(&mut one.accelerations, n, 0.0);
-        if whole && !self.is_sparse() {
-            right.clear();
-            right.extend(self.rows.rows.iter().map(|r| r.right * r.scale));
-            self.space.shortest_into(right, &mut one.accelerations);
-            one.accelerations.iter_mut().zip(&model.columns).for_each(|(a, c)| *a *= c);
-            for (row, force) in self.mass.chunks_exact(n.max(1)).zip(&mut one.forces) {
-                *force -= dot(row, &one.accelerations);
-            }
+        fill(&mut one.demand, data.bodies.pose.len(), Wrench::zero());
+        self.respond_to((model, data), efforts, false, workspace, response);
+    }
+
+    /// Computes the parts of whole responses that do not depend on the given wrenches, for
+    /// [`Self::respond_whole`].
+    pub(in crate::forward) fn prepare_whole(
+        &self,
+        model: &Forward,
+        data: &Data,
+        workspace: &mut Workspace,
+    ) {
+        let n = model.topology.dofs();
+        let Workspace { right, start: (forces, accelerations), .. } = workspace;
+        forces.clear();
+        forces.extend(data.masses.bias.iter().map(|bias| -bias));
+        fill(accelerations, n, 0.0);
+        if self.is_sparse() {
+            return;
         }
+        right.clear();
+        right.extend(self.rows.rows.iter().map(|r| r.right * r.scale));
+        self.space.shortest_into(right, accelerations);
+        accelerations.iter_mut().zip(&model.columns).for_each(|(a, c)| *a *= c);
+        for (row, force) in self.mass.chunks_exact(n.max(1)).zip(forces) {
+            *force -= dot(row, accelerations);
+        }
+    }
+
+    /// Computes the whole response to given wrenches, see [`Self::respond`]. Requires
+    /// [`Self::prepare_whole`] for the same factorisation and data.
+    pub(in crate::forward) fn respond_whole(
+        &self,
+        model: &Forward,
+        data: &Data,
+        efforts: &[(usize, Wrench<f64>)],
+        workspace: &mut Workspace,
+        response: &mut Response,
+    ) {
+        let Workspace { one, start: (forces, accelerations), .. } = &mut *workspace;
+        one.forces.clone_from(forces);
+        one.accelerations.clone_from(accelerations);
+        one.demand.clone_from(&data.masses.bias_wrenches);
+        self.respond_to((model, data), efforts, true, workspace, response);
+    }
+
+    /// Computes the response to given wrenches from the quantities in `workspace.one` without these
+    /// wrenches, see [`Self::accelerate`].
+    fn respond_to(
+        &self,
+        (model, data): (&Forward, &Data),
+        efforts: &[(usize, Wrench<f64>)],
+        whole: bool,
+        workspace: &mut Workspace,
+        response: &mut Response,
+    ) {
+        let Workspace { one, .. } = &mut *workspace;
         for &(joint, wrench) in efforts {
             each_dof(&model.topology, joint, |tree_dof, sign| {
                 one.forces[tree_dof] += sign * data.bodies.screws[tree_dof].power(wrench);

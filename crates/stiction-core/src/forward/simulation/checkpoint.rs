@@ -31,7 +31,7 @@ pub struct Checkpoint {
 }
 
 /// First number of a checkpoint: the version of its format.
-pub(super) const FORMAT: f64 = 11.0;
+pub(super) const FORMAT: f64 = 12.0;
 
 /// Largest valid count. A larger number means that the checkpoint is invalid.
 const COUNTABLE: f64 = 1e15;
@@ -245,6 +245,8 @@ impl<'a> Simulation<'a> {
         tape.numbers([&mut energies.impacts, &mut energies.payloads]);
         tape.numbers([&mut self.energy_at_start, &mut self.fastest, &mut self.fastest_rate]);
         tape.numbers([&mut self.coarsest, &mut self.step]);
+        tape.numbers(&mut self.longest_of_lower_order);
+        tape.number(&mut self.motion_since_bound);
         tape.flag(&mut self.in_passage);
         tape.flag(&mut self.reported_others);
         tape.count(&mut self.reported_shares);
@@ -346,6 +348,8 @@ impl Forward {
             fastest_rate: 0.0,
             coarsest: 0.0,
             step: 0.0,
+            longest_of_lower_order: [0.0; 2],
+            motion_since_bound: 0.0,
             events: checkpoint.events.clone(),
             in_passage: false,
             reported_others: false,

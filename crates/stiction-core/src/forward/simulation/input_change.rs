@@ -13,6 +13,7 @@ impl Simulation<'_> {
     /// times as expensive.
     pub(super) fn on_input_change(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         if let Some(instant) = self.goes_on(inputs) {
+            self.count_motion(&instant);
             self.become_now(instant);
             return self.look_for_others(inputs);
         }
@@ -36,10 +37,11 @@ impl Simulation<'_> {
         let time = self.now.time;
         let found = match still {
             true => self.watch(time, &y, true, inputs),
-            false => self.evaluate(time, &y, inputs, true),
+            false => self.evaluate(time, &y, inputs, self.needs_bound()),
         };
         self.lists.push(y);
-        let instant = found.ok()?;
+        let mut instant = found.ok()?;
+        self.keep_bound(&mut instant);
         // If the static friction forces are statically indeterminate, the mode search distributes
         // them again, unless the mechanism is at rest.
         let sticks = self.modes.contains(&InterfaceMode::Sticks);

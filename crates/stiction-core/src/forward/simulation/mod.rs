@@ -2,6 +2,7 @@
 
 mod abrupt;
 mod between;
+mod bound;
 mod checkpoint;
 mod decide;
 mod driven;
@@ -11,9 +12,11 @@ mod event;
 mod halving;
 mod input_change;
 mod linearisation;
+mod load_prediction;
 mod locate;
 mod locking;
 mod method_change;
+mod order;
 mod others;
 mod packing;
 mod passage;
@@ -101,6 +104,11 @@ pub struct Simulation<'a> {
     /// zero otherwise.
     coarsest: f64,
     step: f64,
+    /// Longest step, s, for which the integration methods of orders four and five are expected to
+    /// meet their part of the tolerance.
+    longest_of_lower_order: [f64; 2],
+    /// Motion since the uniqueness bound was computed last, rad or characteristic lengths.
+    motion_since_bound: f64,
     events: Vec<Event>,
     /// True if a singular configuration was reported and the mechanism is still near it.
     in_passage: bool,

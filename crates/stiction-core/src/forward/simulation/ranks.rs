@@ -19,6 +19,8 @@ pub(super) struct Ranks {
     scaled: Vec<f64>,
     space: RowSpace,
     sparse: Option<SparseRows>,
+    /// Coordinates of the last configuration, its rank and its singularity index.
+    last: (Vec<f64>, usize, f64),
     /// Target motions of the prescribed joints.
     pub(super) targets: Vec<Target<f64>>,
 }
@@ -34,6 +36,7 @@ impl Ranks {
             scaled: Vec::new(),
             space: RowSpace::default(),
             sparse: SparseRows::new(model),
+            last: (Vec::new(), 0, 0.0),
             targets: Vec::new(),
         }
     }
@@ -41,8 +44,22 @@ impl Ranks {
     /// Returns the rank of the constraints at a state, and the singularity index, see
     /// [`RowSpace::least_part`].
     pub(super) fn at(&mut self, model: &Forward, state: &State<f64>) -> (usize, f64) {
+        if self.last.0 != state.coordinates || state.coordinates.is_empty() {
+            let (rank, distance) = self.decompose(model, state);
+            self.know(state, rank, distance);
+        }
+        (self.last.1, self.last.2)
+    }
+
+    /// Stores the rank and the singularity index at a state that are already known.
+    pub(super) fn know(&mut self, state: &State<f64>, rank: usize, distance: f64) {
+        self.last.0.clone_from(&state.coordinates);
+        (self.last.1, self.last.2) = (rank, distance);
+    }
+
+    fn decompose(&mut self, model: &Forward, state: &State<f64>) -> (usize, f64) {
         let (topology, parameters) = (&model.topology, &model.parameters);
-        let Self { bodies, constrained, sticking, rows, scaled, space, sparse, targets } = self;
+        let Self { bodies, constrained, sticking, rows, scaled, space, sparse, targets, .. } = self;
         bodies.place(topology, parameters, &state.coordinates);
         bodies.move_with(topology, &state.rates);
         model.constrain(targets, &[], &FrictionDistribution::default(), constrained, sticking);

@@ -1,7 +1,9 @@
 //! Buffers for evaluations of the equations of motion.
 
+use super::load_prediction::LoadPrediction;
 use super::ranks::Ranks;
 use crate::forward::Forward;
+use crate::forward::affine_friction::InterfaceMode;
 use crate::forward::data::Data;
 use crate::forward::instant::Instant;
 use crate::forward::project::Projection;
@@ -17,9 +19,14 @@ const MOST_SPARE: usize = 8;
 pub(super) struct Scratch {
     pub(super) situation: Data,
     pub(super) solved: Solved,
+    /// Modes for which `solved` contains the solution at the state in `situation`; empty if there
+    /// is no solution.
+    pub(super) solved_modes: Vec<InterfaceMode>,
     pub(super) projection: Projection,
-    /// Normal loads from which Newton's method starts, N.
-    pub(super) loads: Vec<f64>,
+    pub(super) loads: LoadPrediction,
+    /// Relative error of normal loads that the next evaluation may have, if it exceeds that at the
+    /// end of a step.
+    pub(super) load_tolerance: f64,
     /// True if the stored factorisation of the constraint matrix is valid for the present
     /// configuration of a mechanism at rest.
     pub(super) conditions_hold: bool,
@@ -45,8 +52,10 @@ impl Scratch {
         Self {
             situation: Data::new(model),
             solved: Solved::default(),
+            solved_modes: Vec::new(),
             projection: Projection::new(model),
-            loads: Vec::new(),
+            loads: LoadPrediction::default(),
+            load_tolerance: 0.0,
             conditions_hold: false,
             margin: f64::INFINITY,
             nearest: f64::INFINITY,

@@ -8,6 +8,7 @@
 
 use super::scratch::Scratch;
 use super::{Event, EventKind, Simulation};
+use crate::forward::affine_friction::InterfaceMode;
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 use crate::forward::instant::InterfaceSample;
@@ -15,7 +16,7 @@ use crate::spatial::Wrench;
 
 /// Singularity index above which no passage through a singular configuration is possible in the
 /// next step.
-const NEAR: f64 = 0.2;
+pub(super) const NEAR: f64 = 0.2;
 /// A minimum of the singularity index counts as a singular configuration if the index is below this
 /// value.
 const PASSED: f64 = 1e-6;
@@ -111,8 +112,14 @@ impl Simulation<'_> {
         }
         let Scratch { ranks, before, .. } = &mut *self.workspace;
         model.targets_into(self.now.time, inputs, &mut ranks.targets);
-        let (rank, distance) = ranks.at(model, &self.now.state);
+        // In this order, the configuration at the start of the step is that of the last call.
         let (rank_before, distance_before) = ranks.at(model, before);
+        // Without sticking interfaces, the dense equations of motion have the same constraints.
+        if model.closures.is_none() && !self.modes.contains(&InterfaceMode::Sticks) {
+            let rank = model.topology.dofs() - self.now.mobility;
+            ranks.know(&self.now.state, rank, self.now.distance);
+        }
+        let (rank, distance) = ranks.at(model, &self.now.state);
         self.in_passage &= distance.min(distance_before) < LEFT || rank != rank_before;
         if rank != rank_before {
             // The step ended exactly at a singular configuration, or began at rest at a singular

@@ -213,6 +213,8 @@ impl<'a> Simulation<'a> {
             fastest_rate: 0.0,
             coarsest: 0.0,
             step: 0.0,
+            longest_of_lower_order: [settings.longest_step; 2],
+            motion_since_bound: 0.0,
             events: Vec::new(),
             in_passage: false,
             reported_others: false,

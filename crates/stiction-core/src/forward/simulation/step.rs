@@ -6,12 +6,13 @@ use super::method_change::DENSE;
 use super::packing::parts;
 use super::rest::{Approach, PASSED, SLOW};
 use super::scratch::Scratch;
-use super::{Method, REST, Simulation};
+use super::{Method, REST, Settings, Simulation};
 use crate::forward::affine_friction::{InterfaceMode, norm};
+use crate::forward::coupling::CERTAIN;
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
-use crate::forward::integrator::Tolerance;
+use crate::forward::integrator::{Order, Tolerance};
 
 /// Singularity index below which all stages of a step are projected onto the loop constraints, not
 /// only its end.
@@ -28,6 +29,12 @@ const STIFF: usize = 15;
 /// Number of consecutive steps not limited by stability that resets the count of steps limited by
 /// stability.
 const CALM: usize = 6;
+
+/// Relative error of normal loads at the stages of a step, as a fraction of the tolerance of the
+/// step.
+const AT_STAGES: f64 = 0.1;
+/// Relative error of normal loads at the end of a step, as a fraction of the tolerance of the step.
+const AT_END: f64 = 1e-4;
 
 /// Step size, s, below which the simulation changes to time stepping if a stage of a step has no
 /// accelerations.
@@ -104,7 +111,10 @@ impl Simulation<'_> {
             } else if left < 2.0 * step {
                 step = 0.5 * left;
             }
-            match self.try_step(start, first, step, inputs) {
+            let is_cut = step == left && end == self.change_at;
+            let order = self.order_of_step(step, is_cut);
+            match self.try_step(order, (start, first), step, inputs) {
+                Ok(error) if !self.accepts_order(order, error, step) => {}
                 Ok(error) if error <= 1.0 => {
                     let grow = if error > 0.0 { 0.9 * error.powf(-0.125) } else { 6.0 };
                     let next = step * grow.clamp(0.33, 6.0);
@@ -112,11 +122,12 @@ impl Simulation<'_> {
                     let crosses = self.workspace.crosses.is_some();
                     let shortened = step < self.step;
                     let after = match self.finish(start, first, step, end, inputs) {
-                        Ok(Ending::Passes(short)) => {
+                        Ok(Some(Ending::Passes(short))) => {
                             self.shrink(short, 0.5, None)?;
                             continue;
                         }
-                        Ok(after) => after,
+                        Ok(Some(after)) => after,
+                        Ok(None) => continue,
                         // No accelerations exist at the end of the step: approach it with a shorter
                         // step, if possible.
                         Err(error) => {
@@ -209,23 +220,27 @@ impl Simulation<'_> {
         }))
     }
 
+    pub(super) fn tolerance<'s>(&self, scales: &'s [f64]) -> Tolerance<'s> {
+        let Settings { relative, absolute, .. } = self.settings;
+        Tolerance { relative, absolute, scales }
+    }
+
+    /// Attempts a step with the method of the given order. Returns the estimated error divided by
+    /// the tolerated error.
     pub(super) fn try_step(
         &mut self,
-        start: &[f64],
-        first: &[f64],
+        order: Order,
+        (start, first): (&[f64], &[f64]),
         step: f64,
         inputs: &mut dyn Inputs,
     ) -> Result<f64, ForwardError> {
         let mut steps = std::mem::take(&mut self.steps);
         let scales = std::mem::take(&mut self.scales);
-        let tolerance = Tolerance {
-            relative: self.settings.relative,
-            absolute: self.settings.absolute,
-            scales: &scales,
-        };
+        let tolerance = self.tolerance(&scales);
         let time = self.now.time;
         self.start_near_present_loads();
-        let result = steps.attempt(start, first, (time, step), &tolerance, |t, y, rates| {
+        let state = (start, first);
+        let result = steps.attempt(order, state, (time, step), &tolerance, |t, y, rates| {
             self.derivative(t, y, rates, inputs)
         });
         self.steps = steps;
@@ -234,6 +249,7 @@ impl Simulation<'_> {
     }
 
     /// Accepts a step up to its first event, and returns the reason why the accepted step ends.
+    /// Returns `None` if the step must be repeated at a higher order.
     pub(super) fn finish(
         &mut self,
         start: &[f64],
@@ -241,12 +257,17 @@ impl Simulation<'_> {
         step: f64,
         end: f64,
         inputs: &mut dyn Inputs,
-    ) -> Result<Ending, ForwardError> {
+    ) -> Result<Option<Ending>, ForwardError> {
         let time = self.now.time;
         let to = if step == end - time { end } else { time + step };
         let mut y = self.list();
         y.clone_from(&self.steps.end);
         let arrived = self.arrive(to, &y, inputs)?;
+        if !self.accepts_end(&arrived, step) {
+            self.workspace.spare(arrived);
+            self.lists.push(y);
+            return Ok(None);
+        }
         let found = self.first_event(time, step, &arrived, inputs)?;
         let Some((mut part, mut ending)) = found else {
             self.check_step(&y, &arrived, inputs)?;
@@ -254,7 +275,7 @@ impl Simulation<'_> {
             self.commit(&y, arrived);
             self.lists.push(y);
             self.watch_rank(time, inputs)?;
-            return Ok(Ending::Smooth);
+            return Ok(Some(Ending::Smooth));
         };
         // Repeats the step with a length such that it ends at the event.
         let mut arrived = arrived;
@@ -268,7 +289,7 @@ impl Simulation<'_> {
                 y.iter_mut().zip(&rates).for_each(|(y, rate)| *y += change * rate);
                 self.lists.push(rates);
             } else {
-                error = self.try_step(start, first, short, inputs)?;
+                error = self.try_step(Order::Eight, (start, first), short, inputs)?;
                 y.clone_from(&self.steps.end);
             }
             let next = self.arrive(time + short, &y, inputs)?;
@@ -293,7 +314,7 @@ impl Simulation<'_> {
             let speed = norm(arrived.interfaces[interface].velocity);
             if speed > SLOW * self.fastest {
                 if speed < PASSED * norm(self.now.interfaces[interface].velocity) {
-                    return Ok(Ending::Passes(part * step));
+                    return Ok(Some(Ending::Passes(part * step)));
                 }
                 ending = Ending::Smooth;
             }
@@ -303,7 +324,7 @@ impl Simulation<'_> {
         self.commit(&y, arrived);
         self.lists.push(y);
         self.watch_rank(time, inputs)?;
-        Ok(ending)
+        Ok(Some(ending))
     }
 
     /// Sets the stored slip directions of balls and plates to the directions of their present
@@ -337,6 +358,7 @@ impl Simulation<'_> {
         let (interfaces, states) = energies[drives + 3..].split_at(count);
         self.energies.interfaces.copy_from_slice(interfaces);
         self.input.values.copy_from_slice(states);
+        self.count_motion(&arrived);
         self.become_now(arrived);
         self.keep_fastest();
     }
@@ -365,7 +387,10 @@ impl Simulation<'_> {
         y: &[f64],
         inputs: &mut dyn Inputs,
     ) -> Result<Instant, ForwardError> {
-        self.arrive_with(time, y, inputs, self.settings.look_for_others)
+        let measure = self.settings.look_for_others && self.needs_bound();
+        let mut arrived = self.arrive_with(time, y, inputs, measure)?;
+        self.keep_bound(&mut arrived);
+        Ok(arrived)
     }
 
     pub(super) fn arrive_with(
@@ -392,7 +417,8 @@ impl Simulation<'_> {
         inputs: &mut dyn Inputs,
     ) -> Result<(), ForwardError> {
         let model = self.model;
-        let Scratch { situation, projection, .. } = &mut *self.workspace;
+        let Scratch { situation, solved_modes, projection, .. } = &mut *self.workspace;
+        solved_modes.clear();
         let state = &mut situation.state;
         let (coordinates, rest) = y.split_at_mut(state.coordinates.len());
         let rates = &mut rest[..state.rates.len()];
@@ -409,13 +435,27 @@ impl Simulation<'_> {
     /// Sets the present normal loads as the starting point of Newton's method, and resets the
     /// smallest friction margin and the smallest singularity index of the step.
     pub(super) fn start_near_present_loads(&mut self) {
-        let loads = &mut self.workspace.loads;
-        loads.clear();
-        loads.extend(self.now.interfaces.iter().map(|interface| interface.load));
+        let each = self.now.interfaces.iter().map(|interface| interface.load);
+        self.workspace.loads.start(self.now.time, each);
         self.workspace.margin = f64::INFINITY;
         // At a singular start the accelerations are limits along the branch of motion.
         let distance = self.now.distance;
         self.workspace.nearest = if distance < SINGULAR { f64::INFINITY } else { distance };
+    }
+
+    /// Returns true if the last evaluation was at the same state and modes, so that its factorised
+    /// equations of motion remain valid: only inputs have changed.
+    fn is_factorised_at(&self, coordinates: &[f64], rates: &[f64]) -> bool {
+        let Scratch { situation, solved_modes, .. } = &*self.workspace;
+        let state = &situation.state;
+        // Right-hand sides of constraint rows contain prescribed accelerations, which inputs may
+        // change, and the rates.
+        self.model.prescribed.is_empty()
+            && state.coordinates == coordinates
+            && state.rates == rates
+            && *solved_modes == self.modes
+            && !self.modes.is_empty()
+            && situation.distribution == self.distribution
     }
 
     pub(super) fn evaluate(
@@ -436,7 +476,11 @@ impl Simulation<'_> {
         if !coordinates.iter().chain(rates).all(|x| x.is_finite()) {
             return Err(ForwardError::NotFinite { time, what: "a coordinate or a rate" });
         }
-        let Scratch { situation, solved, loads, .. } = &mut *self.workspace;
+        let is_factorised = self.is_factorised_at(coordinates, rates);
+        let Scratch { solved, load_tolerance, .. } = &mut *self.workspace;
+        solved.is_weak = self.now.coupling.is_some_and(|bound| bound <= CERTAIN);
+        solved.load_tolerance = load_tolerance.max(AT_END * self.settings.relative);
+        let Scratch { situation, solved, solved_modes, loads, .. } = &mut *self.workspace;
         situation.time = time;
         situation.state.coordinates.copy_from_slice(coordinates);
         situation.state.rates.copy_from_slice(rates);
@@ -448,9 +492,15 @@ impl Simulation<'_> {
         situation.input.values.copy_from_slice(&rest[states..]);
         situation.distribution.clone_from(&self.distribution);
         model.update_data(situation, inputs);
-        let done = model.solve_into(situation, &self.modes, Some(loads), measure, solved);
+        solved_modes.clear();
+        let known = Some(loads.at(time));
+        let done = match is_factorised {
+            true => model.couple(situation, &self.modes, known, measure, solved),
+            false => model.solve_into(situation, &self.modes, known, measure, solved),
+        };
         self.economy.spend(solved.continuation_steps());
         done.map_err(|u| model.unsolved(time, u))?;
+        solved_modes.extend_from_slice(&self.modes);
         model.instant_into(situation, &self.modes, solved, &mut instant);
         for (acceleration, frozen) in instant.state.accelerations.iter_mut().zip(&self.frozen) {
             if *frozen {
@@ -474,16 +524,18 @@ impl Simulation<'_> {
         // not on it.
         let near = self.workspace.crosses.is_some() || self.now.distance < NEAR_SINGULAR;
         // Off the constraint manifold redundant constraints seem independent.
-        let instant = if near || self.now.redundant > 0 {
-            self.arrive_with(time, y, inputs, false)?
-        } else {
-            self.evaluate(time, y, inputs, false)?
+        self.workspace.load_tolerance = AT_STAGES * self.settings.relative;
+        let instant = match near || self.now.redundant > 0 {
+            true => self.arrive_with(time, y, inputs, false),
+            false => self.evaluate(time, y, inputs, false),
         };
+        self.workspace.load_tolerance = 0.0;
+        let instant = instant?;
         self.derivative_into(&instant, rates);
         self.workspace.margin = self.workspace.margin.min(self.least_margin(&instant));
         self.workspace.nearest = self.workspace.nearest.min(instant.distance);
         let Scratch { loads, solved, .. } = &mut *self.workspace;
-        loads.clone_from(&solved.coupled.loads);
+        loads.add(time, &solved.coupled.loads);
         self.workspace.spare(instant);
         Ok(())
     }

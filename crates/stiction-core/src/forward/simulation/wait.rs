@@ -103,7 +103,7 @@ impl Simulation<'_> {
         let states = y.len() - self.input.values.len();
         situation.input.values.copy_from_slice(&y[states..]);
         model.update_data(situation, inputs);
-        let done = model.couple(situation, &self.modes, Some(loads), measure, solved);
+        let done = model.couple(situation, &self.modes, Some(loads.at(time)), measure, solved);
         // The computing work is counted as in `evaluate`, so that a simulation resumed from a
         // checkpoint counts the same work.
         self.economy.spend(solved.continuation_steps());
