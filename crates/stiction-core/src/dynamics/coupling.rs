@@ -78,6 +78,14 @@ pub(super) enum Start<'a> {
     Opposite(&'a [InterfaceState<f64>]),
 }
 
+/// Motion at a configuration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Sense {
+    Present,
+    /// Motion with all rates reversed.
+    Opposite,
+}
+
 /// Responses to unit friction forces and the forces without friction at one configuration, with
 /// buffers for computing friction forces.
 #[derive(Clone, Debug, Default)]
@@ -111,6 +119,8 @@ pub(super) struct FrictionCoupling {
     start: Vec<Wrench<f64>>,
     problem: LoadProblem,
     workspace: LoadWorkspace,
+    /// Buffers for the coupling bound of the opposite motion, whose eigenvectors are different.
+    opposite: LoadWorkspace,
     bound: BoundWorkspace,
     /// Largest coupling bound that is accepted without refinement; see [`Self::accept_up_to`].
     accepted: f64,
@@ -237,7 +247,7 @@ impl FrictionCoupling {
             self.responses(inverse, model, parameters, bodies, true);
             self.act(states.iter().map(|state| Acting::of(state, [0.0; 3])), at);
             self.is_present = true;
-            self.strength = self.coupling_bound(at);
+            self.strength = self.coupling_bound(at, Sense::Present);
             return self.strength;
         }
         let Self { unknowns, responses, bound, .. } = self;
@@ -257,9 +267,13 @@ impl FrictionCoupling {
     }
 
     /// Computes the bound on the coupling between normal loads and the friction set by
-    /// [`Self::act`].
-    fn coupling_bound(&mut self, at: Configuration<'_>) -> f64 {
-        let Self { problem, workspace, keeps_history, accepted, .. } = self;
+    /// [`Self::act`] for the motion `sense`.
+    fn coupling_bound(&mut self, at: Configuration<'_>, sense: Sense) -> f64 {
+        let Self { problem, workspace, opposite, keeps_history, accepted, .. } = self;
+        let workspace = match sense {
+            Sense::Present => workspace,
+            Sense::Opposite => opposite,
+        };
         let start = if *keeps_history { BoundStart::Last } else { BoundStart::New };
         problem.coupling_bound(at, (start, *accepted), workspace)
     }
@@ -507,7 +521,7 @@ impl FrictionCoupling {
         // coefficients.
         let has_other_law = interfaces.iter().any(|interface| interface.backward.is_some());
         if has_other_law {
-            self.strength = self.coupling_bound(at);
+            self.strength = self.coupling_bound(at, Sense::Opposite);
             if self.strength >= 1.0 {
                 return None;
             }
