@@ -167,6 +167,7 @@ impl<T: Scalar> Kinematics<T> {
         let coordinates =
             motion_constraints.coordinates.iter().zip(&motion_constraints.orientations);
         let coordinates = coordinates.zip(&motion_constraints.differences).zip(targets);
+        let mut angles = None;
         for (((&coordinate, &orientation), &difference), target) in coordinates {
             (self.errors[row], self.covectors[row]) = match (coordinate, orientation) {
                 (Coordinate::RotationVector { body, axis }, Some(places)) => {
@@ -181,7 +182,7 @@ impl<T: Scalar> Kinematics<T> {
                         coordinate,
                         topology,
                         parameters,
-                        &self.bodies,
+                        (&self.bodies, &mut angles),
                         &state.coordinates,
                     );
                     let error = measure::deviation(difference, measured.value, target.value);
@@ -404,6 +405,7 @@ impl<T: Scalar> Kinematics<T> {
         }
         let coordinates =
             motion_constraints.coordinates.iter().zip(&motion_constraints.orientations);
+        let mut angles = None;
         for ((&coordinate, &orientation), target) in coordinates.zip(targets) {
             let covector = self.covectors[row];
             self.right[row] = match (coordinate, orientation) {
@@ -412,9 +414,9 @@ impl<T: Scalar> Kinematics<T> {
                         - self.bodies.bias[body.0].power(covector)
                 }
                 _ => {
-                    let bodies = &self.bodies;
+                    let at = (&self.bodies, &mut angles);
                     target.acceleration
-                        - measure::bias(coordinate, topology, parameters, bodies, covector)
+                        - measure::bias(coordinate, topology, parameters, at, covector)
                 }
             };
             row += 1;
