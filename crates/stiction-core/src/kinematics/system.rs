@@ -16,7 +16,7 @@ use super::motion_constraints::MotionConstraints;
 use super::rotation_vector::{Orientation, RotationVector};
 use crate::linalg::{Entry, Plan, RankDeficient, Scales, SparseMatrix, StaticLu};
 use crate::parameters::Parameters;
-use crate::scalar::Scalar;
+use crate::scalar::{Lanes, Scalar};
 use crate::spatial::{Vec3, Wrench};
 use crate::topology::Topology;
 
@@ -486,7 +486,37 @@ impl<T: Scalar> Kinematics<T> {
     }
 }
 
+/// Number of prescribed coordinates whose responses are computed together.
+const WIDTH: usize = 4;
+
 impl Kinematics<f64> {
+    /// Computes the rates of the spanning tree for a unit rate of each prescribed coordinate, with
+    /// zero rates of all other prescribed coordinates and spins. Calls `take` with the index of
+    /// each coordinate and the rates. Call [`Self::differentiate`] before.
+    pub(crate) fn responses_to_coordinates(
+        &self,
+        model: &KinematicModel,
+        mut take: impl FnMut(usize, &[f64]),
+    ) {
+        let count = model.constraints.coordinates().len();
+        let mut right = vec![Lanes::<f64, WIDTH>::zero(); self.right.len()];
+        let mut solution = vec![Lanes::zero(); self.step.len()];
+        let mut rates = vec![0.0; self.step.len()];
+        for first in (0..count).step_by(WIDTH) {
+            right.fill(Lanes::zero());
+            let last = (first + WIDTH).min(count);
+            for coordinate in first..last {
+                right[self.closures + coordinate].0[coordinate - first] = 1.0;
+            }
+            model.rates.solve_lanes(&self.factors, &mut right, &mut solution);
+            for coordinate in first..last {
+                let lanes = rates.iter_mut().zip(&solution);
+                lanes.for_each(|(rate, lanes)| *rate = lanes.0[coordinate - first]);
+                take(coordinate, &rates);
+            }
+        }
+    }
+
     /// Chooses independent rows and the elimination order of the system by the values of its
     /// entries. Call [`Self::linearise`] before.
     ///
