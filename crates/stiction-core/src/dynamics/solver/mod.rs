@@ -353,7 +353,7 @@ impl InverseDynamics {
         }
         let bodies = self.bodies();
         let relative = bodies.frame_j[joint.0].inverse() * bodies.frame_k[joint.0];
-        let (_, coordinates) = content.joint_type.misfit(relative, content.pitch);
+        let (_, coordinates) = content.joint_type.nearest(relative, content.pitch);
         coordinates.get(dof).copied().unwrap_or(0.0)
     }
 
