@@ -26,8 +26,8 @@ const INVERSE: usize = 6;
 /// this value.
 const CONVERGED: f64 = 1e-13;
 
-/// Once inverse iteration ends without convergence, a relative difference of lower and upper bound of
-/// at most this value counts as the round-off of small components.
+/// If inverse iteration ends without convergence, a relative difference of lower and upper bound up
+/// to this value counts as the round-off of small components.
 const STAGNATED: f64 = 1e-11;
 /// Least component of the vectors of inverse iteration, whose greatest component is one.
 const LEAST: f64 = 1e-9;
@@ -184,9 +184,9 @@ pub(crate) fn radius_bound(matrix: &[f64], count: usize, workspace: &mut RadiusW
 }
 
 /// Computes the bound by inverse iteration with the bound as the shift, starting from the
-/// extrapolated eigenvector. The iteration keeps the vector positive and converges quadratically if every
-/// interface influences every other one (Noda 1971). Returns `None` if lower and upper bound do not
-/// converge to each other, not even up to the round-off of small components.
+/// extrapolated eigenvector. The iteration keeps the vector positive and converges quadratically if
+/// every interface influences every other one (Noda 1971). Returns `None` if lower and upper bound
+/// do not converge to each other, not even up to the round-off of small components.
 fn bound_by_inverse_iteration(
     matrix: &[f64],
     count: usize,

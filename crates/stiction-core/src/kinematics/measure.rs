@@ -20,8 +20,8 @@ pub(super) struct Measured<T> {
     pub(super) covector: Wrench<T>,
 }
 
-/// Angles of one body at one configuration, and the axes of the rotations. Motions usually prescribe
-/// several angles of the same body, which are computed together.
+/// Angles of one body at one configuration, and the axes of the rotations. Motions usually
+/// prescribe several angles of the same body, which are computed together.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BodyAngles<T> {
     body: BodyId,
@@ -175,8 +175,8 @@ pub(crate) fn measure_motion(
 }
 
 /// Computes the second time derivative that a coordinate has if all accelerations of the spanning
-/// tree are zero. The twists of the bodies must be up to date. `known` contains the angles of a body
-/// at this configuration, if they are known.
+/// tree are zero. The twists of the bodies must be up to date. `known` contains the angles of a
+/// body at this configuration, if they are known.
 pub(super) fn bias<T: Scalar>(
     coordinate: Coordinate,
     topology: &Topology,

@@ -42,9 +42,9 @@ impl<T: Scalar> Inverse<T> {
     /// Returns false if the solution does not satisfy the balance to round-off. Also returns false
     /// if the model is not plain (see
     /// [`BalanceStructure::is_plain`](crate::dynamics::structure::BalanceStructure)), after calling
-    /// [`Self::restart_from`] with these wrenches. Requires a previous [`Self::begin`] for this motion,
-    /// no static friction at interfaces at rest, and a coupling bound below one, which implies that
-    /// the determinant has the same sign as without friction.
+    /// [`Self::restart_from`] with these wrenches. Requires a previous [`Self::begin`] for this
+    /// motion, no static friction at interfaces at rest, and a coupling bound below one, which
+    /// implies that the determinant has the same sign as without friction.
     pub(in crate::dynamics) fn adopt(
         &mut self,
         model: &Model,
