@@ -26,9 +26,6 @@ const INVERSE: usize = 6;
 /// this value.
 const CONVERGED: f64 = 1e-13;
 
-/// If inverse iteration ends without convergence, a relative difference of lower and upper bound up
-/// to this value counts as the round-off of small components.
-const STAGNATED: f64 = 1e-11;
 /// Least component of the vectors of inverse iteration, whose greatest component is one.
 const LEAST: f64 = 1e-9;
 
@@ -136,7 +133,6 @@ pub(crate) fn coupling_bound_in_blocks(
 /// any positive `x` (Collatz and Wielandt). Inverse iteration improves `x`; if it fails, power
 /// iterations do.
 pub(crate) fn radius_bound(matrix: &[f64], count: usize, workspace: &mut RadiusWorkspace) -> f64 {
-    let mut bound = f64::INFINITY;
     if count == 0 {
         return 0.0;
     }
@@ -144,9 +140,10 @@ pub(crate) fn radius_bound(matrix: &[f64], count: usize, workspace: &mut RadiusW
     if matrix.iter().any(|entry| !entry.is_finite()) {
         return f64::INFINITY;
     }
-    if let Some(bound) = bound_by_inverse_iteration(matrix, count, workspace) {
-        return bound;
-    }
+    let mut bound = match bound_by_inverse_iteration(matrix, count, workspace) {
+        Ok(bound) => return bound,
+        Err(bound) => bound,
+    };
     // Store the columns in blocks of four numbers; zero rows at the end have no effect.
     let RadiusWorkspace { columns, x, next, accepted, .. } = workspace;
     let width = blocks_of(count);
@@ -185,16 +182,18 @@ pub(crate) fn radius_bound(matrix: &[f64], count: usize, workspace: &mut RadiusW
 
 /// Computes the bound by inverse iteration with the bound as the shift, starting from the
 /// extrapolated eigenvector. The iteration keeps the vector positive and converges quadratically if
-/// every interface influences every other one (Noda 1971). Returns `None` if lower and upper bound
-/// do not converge to each other, not even up to the round-off of small components.
+/// every interface influences every other one (Noda 1971).
+///
+/// # Errors
+/// Returns the least bound of all iterates if lower and upper bound do not converge to each other.
 fn bound_by_inverse_iteration(
     matrix: &[f64],
     count: usize,
     workspace: &mut RadiusWorkspace,
-) -> Option<f64> {
+) -> Result<f64, f64> {
     let RadiusWorkspace { known, solution: x, shifted, accepted, .. } = workspace;
     let width = blocks_of(count);
-    let mut rounded = None;
+    let mut best = f64::INFINITY;
     let is_known = known.predict(count, x) && x.iter().all(|x| *x > LEAST);
     if !is_known {
         known.forget();
@@ -215,11 +214,9 @@ fn bound_by_inverse_iteration(
                 known.forget();
             }
             known.add(x);
-            return Some(greatest);
+            return Ok(greatest);
         }
-        if greatest - least <= STAGNATED * greatest {
-            rounded = Some(rounded.map_or(greatest, |known: f64| known.min(greatest)));
-        }
+        best = best.min(greatest);
         shifted.clear();
         shifted.resize(width * count, Four::zero());
         for (k, (row, entries)) in
@@ -243,7 +240,7 @@ fn bound_by_inverse_iteration(
         }
     }
     known.forget();
-    rounded.filter(|bound| *bound < 1.0)
+    Err(best)
 }
 
 /// Performs one damped power iteration. The new vector is the product of matrix and vector,
