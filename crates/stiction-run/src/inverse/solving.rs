@@ -35,17 +35,16 @@ pub(super) struct Solving<'a> {
 
 /// Results of samples that are no longer in use.
 #[derive(Default)]
-pub(super) struct Spare(Mutex<Vec<Box<Solved>>>);
+pub(super) struct Spare(Mutex<Vec<SampleResult>>);
 
 impl Spare {
     /// Adds the results of a chunk whose samples have been received.
     pub(super) fn put(&self, samples: Vec<SampleResult>) {
-        let mut spare = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        spare.extend(samples.into_iter().filter_map(|sample| sample.found.ok()));
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).extend(samples);
     }
 
     /// Removes all results.
-    fn take(&self) -> Vec<Box<Solved>> {
+    fn take(&self) -> Vec<SampleResult> {
         core::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }
@@ -53,7 +52,8 @@ impl Spare {
 /// Results of the samples of a chunk.
 pub(super) struct ChunkResults {
     pub(super) samples: Vec<SampleResult>,
-    spare: Vec<Box<Solved>>,
+    /// Results of earlier chunks, whose buffers this chunk reuses.
+    spare: Vec<SampleResult>,
     /// Loads at the present sample.
     loads: Vec<AppliedLoad<f64>>,
     uniqueness: Uniqueness,
@@ -138,7 +138,8 @@ impl Work for Solving<'_> {
                 Ok(_) if piece.has_failed => {}
                 Ok(_) => {
                     piece.remember(solver);
-                    let mut found = piece.spare.pop().unwrap_or_else(|| Solved::at(solver));
+                    let spare = piece.spare.pop().and_then(|spare| spare.found.ok());
+                    let mut found = spare.unwrap_or_else(|| Solved::at(solver));
                     self.find(piece, solver, (sample, time), &mut found);
                     piece.samples.push(SampleResult { time, found: Ok(found) });
                 }
