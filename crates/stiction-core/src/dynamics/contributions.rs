@@ -24,13 +24,25 @@ use crate::spatial::Wrench;
 /// Contribution of the friction of each interface to each effort, N or N m. The contributions to an
 /// effort add up to the difference between the efforts with and without friction. Interfaces at
 /// rest contribute nothing.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub struct Contributions<T> {
     actuators: usize,
     interfaces: usize,
     /// Contributions to the efforts of all actuators for the first interface, then for the second,
     /// and so on.
     values: Vec<T>,
+}
+
+impl<T: Clone> Clone for Contributions<T> {
+    fn clone(&self) -> Self {
+        Self { values: self.values.clone(), ..*self }
+    }
+
+    /// Copies `other` into the existing buffer, so that results of many samples do not allocate.
+    fn clone_from(&mut self, other: &Self) {
+        (self.actuators, self.interfaces) = (other.actuators, other.interfaces);
+        self.values.clone_from(&other.values);
+    }
 }
 
 impl<T: Scalar> Contributions<T> {

@@ -78,6 +78,14 @@ pub(super) enum Start<'a> {
     Opposite(&'a [InterfaceState<f64>]),
 }
 
+/// Motion at a configuration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Sense {
+    Present,
+    /// Motion with all rates reversed.
+    Opposite,
+}
+
 /// Responses to unit friction forces and the forces without friction at one configuration, with
 /// buffers for computing friction forces.
 #[derive(Clone, Debug, Default)]
@@ -94,6 +102,8 @@ pub(super) struct FrictionCoupling {
     /// Actuator efforts without friction.
     efforts: Vec<f64>,
     acting: Vec<Acting>,
+    /// Changes of the joint wrenches due to the friction that does not depend on normal loads.
+    constant_changes: Vec<Wrench<f64>>,
     /// Indices of the interfaces whose friction depends on the normal load.
     unknowns: Vec<usize>,
     /// Normal loads of the interfaces in `unknowns`, N.
@@ -109,6 +119,8 @@ pub(super) struct FrictionCoupling {
     start: Vec<Wrench<f64>>,
     problem: LoadProblem,
     workspace: LoadWorkspace,
+    /// Buffers for the coupling bound of the opposite motion, whose eigenvectors are different.
+    opposite: LoadWorkspace,
     bound: BoundWorkspace,
     /// Largest coupling bound that is accepted without refinement; see [`Self::accept_up_to`].
     accepted: f64,
@@ -235,7 +247,7 @@ impl FrictionCoupling {
             self.responses(inverse, model, parameters, bodies, true);
             self.act(states.iter().map(|state| Acting::of(state, [0.0; 3])), at);
             self.is_present = true;
-            self.strength = self.coupling_bound(at);
+            self.strength = self.coupling_bound(at, Sense::Present);
             return self.strength;
         }
         let Self { unknowns, responses, bound, .. } = self;
@@ -255,9 +267,13 @@ impl FrictionCoupling {
     }
 
     /// Computes the bound on the coupling between normal loads and the friction set by
-    /// [`Self::act`].
-    fn coupling_bound(&mut self, at: Configuration<'_>) -> f64 {
-        let Self { problem, workspace, keeps_history, accepted, .. } = self;
+    /// [`Self::act`] for the motion `sense`.
+    fn coupling_bound(&mut self, at: Configuration<'_>, sense: Sense) -> f64 {
+        let Self { problem, workspace, opposite, keeps_history, accepted, .. } = self;
+        let workspace = match sense {
+            Sense::Present => workspace,
+            Sense::Opposite => opposite,
+        };
         let start = if *keeps_history { BoundStart::Last } else { BoundStart::New };
         problem.coupling_bound(at, (start, *accepted), workspace)
     }
@@ -278,28 +294,48 @@ impl FrictionCoupling {
     /// Sets the friction that acts at each interface, and the unknown normal loads with the
     /// wrenches that do not depend on them.
     fn set_unknowns(&mut self, acting: impl Iterator<Item = Acting>, at: Configuration<'_>) {
-        let Self { responses, wrenches, start, problem, unknowns, frictions, .. } = self;
         self.acting.clear();
         self.acting.extend(acting);
-        start.clone_from(wrenches);
-        unknowns.clear();
-        problem.clear();
+        let Self { responses, frictions, packed, constant_changes, .. } = self;
         frictions.clear();
         for (interface, acting) in self.acting.iter().enumerate() {
             let constant = acting.resistance.constant;
             let components = responses.components(interface).zip(acting.parts);
             frictions.extend(components.map(|(_, part)| part * constant));
-            if acting.is_coupled() {
-                unknowns.push(interface);
-            }
         }
-        pack(frictions, &mut self.packed);
-        responses.add_to(start, &self.packed);
-        for &interface in &*unknowns {
-            let Acting { resistance: Resistance { coefficient, constant }, sense, .. } =
-                self.acting[interface];
-            let own = OwnFriction { coefficient, constant, direction: sense };
-            problem.add(interface, own, start[at.joint(interface)]);
+        pack(frictions, packed);
+        constant_changes.clear();
+        constant_changes.resize(self.wrenches.len(), Wrench::zero());
+        responses.add_to(constant_changes, packed);
+        self.add_unknowns(at);
+    }
+
+    /// Reverses the friction set by [`Self::act`]. `acting` is the friction in the opposite motion,
+    /// which must have the same magnitudes.
+    fn reverse(&mut self, acting: impl Iterator<Item = Acting>, at: Configuration<'_>) {
+        self.acting.clear();
+        self.acting.extend(acting);
+        self.constant_changes.iter_mut().for_each(|change| *change = -*change);
+        self.add_unknowns(at);
+        self.problem.reverse_influence();
+        self.is_present = false;
+    }
+
+    /// Adds the normal loads on which friction depends to the problem, with the wrenches that do
+    /// not depend on them.
+    fn add_unknowns(&mut self, at: Configuration<'_>) {
+        let Self { problem, unknowns, .. } = self;
+        unknowns.clear();
+        problem.clear();
+        for (interface, acting) in self.acting.iter().enumerate() {
+            if acting.is_coupled() {
+                let Resistance { coefficient, constant } = acting.resistance;
+                let own = OwnFriction { coefficient, constant, direction: acting.sense };
+                let joint = at.joint(interface);
+                let base = self.wrenches[joint] + self.constant_changes[joint];
+                unknowns.push(interface);
+                problem.add(interface, own, base);
+            }
         }
     }
 
@@ -388,20 +424,22 @@ impl FrictionCoupling {
     }
 
     /// Solves for the present motion after [`Self::begin`], which must have returned a coupling
-    /// bound below one. The results are [`Self::total_wrenches`] and [`Self::present_loads`].
+    /// bound below one. The results are [`Self::present_wrench`] and [`Self::present_loads`].
     /// Returns false if Newton's method fails, or if there are too many interfaces for a dense
     /// problem.
     pub(super) fn solve_present(&mut self, at: Configuration<'_>) -> bool {
         let settled = self.is_stored && self.settle(at, Start::Expected);
         if settled {
-            self.joint_wrenches();
+            pack(&self.frictions, &mut self.packed);
         }
         settled
     }
 
-    /// Returns the joint wrenches computed by the last [`Self::joint_wrenches`].
-    pub(super) fn total_wrenches(&self) -> &[Wrench<f64>] {
-        &self.start
+    /// Returns the wrench of a joint with the friction of the last [`Self::solve_present`].
+    pub(super) fn present_wrench(&self, joint: usize) -> Wrench<f64> {
+        let mut wrench = self.wrenches[joint];
+        self.responses.add_at(joint, &mut wrench, &self.packed);
+        wrench
     }
 
     /// Iterates over the interfaces whose friction depends on the normal load, as pairs of index
@@ -475,9 +513,7 @@ impl FrictionCoupling {
         };
         if self.is_present && interfaces.iter().all(is_constant) {
             // All friction coefficients are the same in both directions.
-            self.set_unknowns(reversed, at);
-            self.problem.reverse_influence();
-            self.is_present = false;
+            self.reverse(reversed, at);
         } else {
             self.act(reversed, at);
         }
@@ -485,7 +521,7 @@ impl FrictionCoupling {
         // coefficients.
         let has_other_law = interfaces.iter().any(|interface| interface.backward.is_some());
         if has_other_law {
-            self.strength = self.coupling_bound(at);
+            self.strength = self.coupling_bound(at, Sense::Opposite);
             if self.strength >= 1.0 {
                 return None;
             }

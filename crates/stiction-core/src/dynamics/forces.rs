@@ -48,7 +48,7 @@ pub enum Bounds {
 }
 
 /// All forces at one instant.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub struct Forces {
     /// Effort of each actuator, N or N m, in the order of
     /// [`Mechanism::actuators`](crate::mechanism::Mechanism::actuators).
@@ -75,6 +75,27 @@ pub struct Forces {
     pub interfaces: Vec<InterfaceForce>,
     /// Power balance of these forces.
     pub power: Power,
+}
+
+impl Clone for Forces {
+    fn clone(&self) -> Self {
+        let mut copy = Self::new([0; 3], 0);
+        copy.clone_from(self);
+        copy
+    }
+
+    /// Copies `other` into the existing buffers, so that results of many samples do not allocate.
+    fn clone_from(&mut self, other: &Self) {
+        self.efforts.clone_from(&other.efforts);
+        self.efforts_frictionless.clone_from(&other.efforts_frictionless);
+        self.effort_bounds.clone_from(&other.effort_bounds);
+        self.effort_outer_bounds.clone_from(&other.effort_outer_bounds);
+        self.bounds = other.bounds;
+        self.reactions.clone_from(&other.reactions);
+        self.gearings.clone_from(&other.gearings);
+        self.interfaces.clone_from(&other.interfaces);
+        self.power = other.power;
+    }
 }
 
 impl InterfaceForce {

@@ -134,20 +134,32 @@ impl Responses {
     /// Adds the changes of all joint wrenches due to the friction forces `amounts` (N, one per
     /// component, in blocks of four). Requires stored wrenches.
     pub(super) fn add_to(&self, wrenches: &mut [Wrench<f64>], amounts: &[Four]) {
-        if amounts.iter().all(|amounts| amounts.0 == [0.0; WIDTH]) {
+        if is_zero(amounts) {
             return;
         }
-        let joints = self.counts[0];
         for (joint, wrench) in wrenches.iter_mut().enumerate() {
-            let mut change = Wrench::zero();
-            let blocks = self.wrenches[joint..].iter().step_by(joints);
-            for (block, amounts) in blocks.zip(amounts) {
-                change += *block * *amounts;
-            }
-            let [x, y, z] = change.force.to_array().map(sum);
-            let [u, v, w] = change.moment.to_array().map(sum);
-            *wrench += Wrench { force: Vec3::new(x, y, z), moment: Vec3::new(u, v, w) };
+            *wrench += self.change(joint, amounts);
         }
+    }
+
+    /// Adds the change of the wrench of one joint due to the friction forces `amounts`, as
+    /// [`Self::add_to`]. Requires stored wrenches.
+    pub(super) fn add_at(&self, joint: usize, wrench: &mut Wrench<f64>, amounts: &[Four]) {
+        if !is_zero(amounts) {
+            *wrench += self.change(joint, amounts);
+        }
+    }
+
+    /// Returns the change of the wrench of a joint due to the friction forces `amounts`.
+    fn change(&self, joint: usize, amounts: &[Four]) -> Wrench<f64> {
+        let mut change = Wrench::zero();
+        let blocks = self.wrenches[joint..].iter().step_by(self.counts[0]);
+        for (block, amounts) in blocks.zip(amounts) {
+            change += *block * *amounts;
+        }
+        let [x, y, z] = change.force.to_array().map(sum);
+        let [u, v, w] = change.moment.to_array().map(sum);
+        Wrench { force: Vec3::new(x, y, z), moment: Vec3::new(u, v, w) }
     }
 
     /// Computes, for each friction component, the power of the change of the joint wrenches per
@@ -177,6 +189,11 @@ impl Responses {
         let block = component / WIDTH * self.counts[2];
         self.spins[block + spin].0[component % WIDTH]
     }
+}
+
+/// Returns true if all numbers are zero.
+fn is_zero(amounts: &[Four]) -> bool {
+    amounts.iter().all(|amounts| amounts.0 == [0.0; WIDTH])
 }
 
 /// Returns the sum of the four lanes.

@@ -22,6 +22,7 @@
 //! | [`newton`] | Newton's method on the normal loads, from an initial guess |
 //! | [`continuation`] | solution connected with the frictionless solution, by increasing `s` from zero |
 //! | [`uniqueness`] | bound on the coupling below which the solution is unique |
+//! | [`vector_history`] | extrapolation of starting vectors from previous configurations |
 //! | [`complementarity`] | friction vectors with unknown stick-slip modes of the interfaces |
 //!
 //! The callers provide the equations of motion: the sparse balance of inverse dynamics, the dense
@@ -39,3 +40,4 @@ pub(crate) mod normal_load;
 pub(crate) mod small_system;
 pub(crate) mod surface_vector;
 pub(crate) mod uniqueness;
+pub(crate) mod vector_history;

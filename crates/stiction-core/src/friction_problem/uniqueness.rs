@@ -5,6 +5,7 @@
 use super::influence::{Influence, InfluenceMatrix, Two};
 use super::normal_load::Configuration;
 use super::small_system::{Four, blocks_of, solve_in_place};
+use super::vector_history::VectorHistory;
 use crate::scalar::{Lanes, Scalar};
 
 /// Largest number of undamped power iterations, which converge faster than damped ones. Every
@@ -25,6 +26,9 @@ const INVERSE: usize = 6;
 /// this value.
 const CONVERGED: f64 = 1e-13;
 
+/// Least component of the vectors of inverse iteration, whose greatest component is one.
+const LEAST: f64 = 1e-9;
+
 /// Buffers of [`coupling_bound`].
 #[derive(Clone, Debug, Default)]
 pub(crate) struct BoundWorkspace {
@@ -40,8 +44,9 @@ pub(crate) struct RadiusWorkspace {
     columns: Vec<Four>,
     x: Vec<Four>,
     next: Vec<Four>,
-    /// Eigenvector of the last converged inverse iteration; starting vector of the next.
-    known: Vec<f64>,
+    /// Eigenvectors of the last inverse iterations, from which the starting vector of the next one
+    /// is extrapolated.
+    known: VectorHistory,
     solution: Vec<f64>,
     shifted: Vec<Four>,
     /// Largest bound that is accepted without refinement.
@@ -53,7 +58,7 @@ pub(crate) struct RadiusWorkspace {
 pub(crate) enum BoundStart {
     /// Vector of ones: the bound does not depend on earlier bounds.
     New,
-    /// Eigenvector from the computation of the previous bound.
+    /// Extrapolation of the eigenvectors from the computation of the previous bounds.
     Last,
 }
 
@@ -61,7 +66,7 @@ impl BoundWorkspace {
     /// Sets the starting vector of the next bound.
     pub(crate) fn start(&mut self, start: BoundStart) {
         if start == BoundStart::New {
-            self.vectors.known.clear();
+            self.vectors.known.forget();
         }
     }
 
@@ -128,7 +133,6 @@ pub(crate) fn coupling_bound_in_blocks(
 /// any positive `x` (Collatz and Wielandt). Inverse iteration improves `x`; if it fails, power
 /// iterations do.
 pub(crate) fn radius_bound(matrix: &[f64], count: usize, workspace: &mut RadiusWorkspace) -> f64 {
-    let mut bound = f64::INFINITY;
     if count == 0 {
         return 0.0;
     }
@@ -136,9 +140,10 @@ pub(crate) fn radius_bound(matrix: &[f64], count: usize, workspace: &mut RadiusW
     if matrix.iter().any(|entry| !entry.is_finite()) {
         return f64::INFINITY;
     }
-    if let Some(bound) = bound_by_inverse_iteration(matrix, count, workspace) {
-        return bound;
-    }
+    let mut bound = match bound_by_inverse_iteration(matrix, count, workspace) {
+        Ok(bound) => return bound,
+        Err(bound) => bound,
+    };
     // Store the columns in blocks of four numbers; zero rows at the end have no effect.
     let RadiusWorkspace { columns, x, next, accepted, .. } = workspace;
     let width = blocks_of(count);
@@ -175,23 +180,26 @@ pub(crate) fn radius_bound(matrix: &[f64], count: usize, workspace: &mut RadiusW
     iterate(x, DAMPED, 0.5, false)
 }
 
-/// Computes the bound by inverse iteration with the bound as the shift, starting from the last
-/// known eigenvector. The iteration keeps the vector positive and converges quadratically if every
-/// interface influences every other one (Noda 1971). Returns `None` if lower and upper bound do not
-/// converge to each other.
+/// Computes the bound by inverse iteration with the bound as the shift, starting from the
+/// extrapolated eigenvector. The iteration keeps the vector positive and converges quadratically if
+/// every interface influences every other one (Noda 1971).
+///
+/// # Errors
+/// Returns the least bound of all iterates if lower and upper bound do not converge to each other.
 fn bound_by_inverse_iteration(
     matrix: &[f64],
     count: usize,
     workspace: &mut RadiusWorkspace,
-) -> Option<f64> {
+) -> Result<f64, f64> {
     let RadiusWorkspace { known, solution: x, shifted, accepted, .. } = workspace;
     let width = blocks_of(count);
-    x.clone_from(known);
-    if x.len() != count {
+    let mut best = f64::INFINITY;
+    let is_known = known.predict(count, x) && x.iter().all(|x| *x > LEAST);
+    if !is_known {
+        known.forget();
         x.clear();
         x.resize(count, 1.0);
     }
-    known.clear();
     for _ in 0..INVERSE {
         let (mut least, mut greatest) = (f64::INFINITY, 0.0_f64);
         for (row, own) in matrix.chunks_exact(count).zip(x.iter()) {
@@ -199,10 +207,16 @@ fn bound_by_inverse_iteration(
             let ratio = product / own;
             (least, greatest) = (least.min(ratio), greatest.max(ratio));
         }
-        if greatest - least <= CONVERGED * greatest || greatest <= *accepted {
-            known.clone_from(x);
-            return Some(greatest);
+        let has_converged = greatest - least <= CONVERGED * greatest;
+        if has_converged || greatest <= *accepted {
+            if !has_converged {
+                // Only converged vectors are smooth along the motion.
+                known.forget();
+            }
+            known.add(x);
+            return Ok(greatest);
         }
+        best = best.min(greatest);
         shifted.clear();
         shifted.resize(width * count, Four::zero());
         for (k, (row, entries)) in
@@ -213,17 +227,20 @@ fn bound_by_inverse_iteration(
             }
             row[k / 4].0[k % 4] += greatest;
         }
-        solve_in_place(shifted, x)?;
+        if solve_in_place(shifted, x).is_none() {
+            break;
+        }
         let largest = x.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
         let sign = if x[0] < 0.0 { -1.0 } else { 1.0 };
         x.iter_mut().for_each(|x| *x *= sign / largest);
         // Some component is not positive because of round-off close to the eigenvalue, or because
         // the matrix decouples.
-        if !x.iter().all(|x| *x > 1e-9) {
-            return None;
+        if !x.iter().all(|x| *x > LEAST) {
+            break;
         }
     }
-    None
+    known.forget();
+    Err(best)
 }
 
 /// Performs one damped power iteration. The new vector is the product of matrix and vector,

@@ -4,6 +4,7 @@
 use super::bodies::Bodies;
 use super::coordinate::{AngleOrder, Coordinate, Target};
 use super::rotation_vector::RotationVector;
+use crate::mechanism::BodyId;
 use crate::parameters::Parameters;
 use crate::scalar::Scalar;
 use crate::spatial::{Mat3, Pose, Vec3, Wrench};
@@ -17,6 +18,32 @@ pub(super) struct Measured<T> {
     /// Covector with `rate = twist.power(covector)`. The twist is that of the coordinate's body
     /// or, for a joint coordinate, that of the successor relative to the predecessor.
     pub(super) covector: Wrench<T>,
+}
+
+/// Angles of one body at one configuration, and the axes of the rotations. Motions usually
+/// prescribe several angles of the same body, which are computed together.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct BodyAngles<T> {
+    body: BodyId,
+    order: AngleOrder,
+    angles: [T; 3],
+    /// Unit vectors along the axes of the three rotations, in the ground frame.
+    axes: [Vec3<T>; 3],
+    /// Rows of the matrix that maps the angular velocity to the rates of the angles.
+    rows: [Vec3<T>; 3],
+}
+
+impl<T: Scalar> BodyAngles<T> {
+    /// Returns the angles of `body` from `known`, which must belong to the configuration of
+    /// `bodies`. Computes them if `known` contains the angles of another body or order.
+    fn at(known: &mut Option<Self>, body: BodyId, order: AngleOrder, bodies: &Bodies<T>) -> Self {
+        if let Some(known) = known.filter(|known| known.body == body && known.order == order) {
+            return known;
+        }
+        let angles = intrinsic_angles(seen_from(bodies.pose[0], bodies.pose[body.0]), order);
+        let axes = axes_of(order, angles);
+        *known.insert(Self { body, order, angles, axes, rows: rate_rows(axes) })
+    }
 }
 
 /// Rule for the subtraction of two values of a coordinate.
@@ -85,12 +112,12 @@ pub(crate) fn deviation<T: Scalar>(difference: Difference, found: T, reference: 
 }
 
 /// Computes the value of a coordinate and its covector from the poses of the bodies, which must be
-/// up to date.
+/// up to date. `known` contains the angles of a body at this configuration, if they are known.
 pub(super) fn measure<T: Scalar>(
     coordinate: Coordinate,
     topology: &Topology,
     parameters: &Parameters<T>,
-    bodies: &Bodies<T>,
+    (bodies, known): (&Bodies<T>, &mut Option<BodyAngles<T>>),
     tree: &[T],
 ) -> Measured<T> {
     let ground = bodies.pose[0];
@@ -101,9 +128,7 @@ pub(super) fn measure<T: Scalar>(
             Measured { value: e.dot(p - ground.position), covector: Wrench::force_through(e, p) }
         }
         Coordinate::Angle { body, order, index } => {
-            let rotation = seen_from(ground, bodies.pose[body.0]);
-            let angles = intrinsic_angles(rotation, order);
-            let rows = rate_rows(axes_of(order, angles));
+            let BodyAngles { angles, rows, .. } = BodyAngles::at(known, body, order, bodies);
             let covector = Wrench::couple(ground.rotation * rows[index]);
             Measured { value: angles[index], covector }
         }
@@ -138,7 +163,8 @@ pub(crate) fn measure_motion(
     bodies: &Bodies<f64>,
     tree: &[f64],
 ) -> Target<f64> {
-    let Measured { value, covector } = measure(coordinate, topology, parameters, bodies, tree);
+    let at = (bodies, &mut None);
+    let Measured { value, covector } = measure(coordinate, topology, parameters, at, tree);
     let rate = match coordinate {
         Coordinate::Position { body, .. }
         | Coordinate::Angle { body, .. }
@@ -149,12 +175,13 @@ pub(crate) fn measure_motion(
 }
 
 /// Computes the second time derivative that a coordinate has if all accelerations of the spanning
-/// tree are zero. The twists of the bodies must be up to date.
+/// tree are zero. The twists of the bodies must be up to date. `known` contains the angles of a
+/// body at this configuration, if they are known.
 pub(super) fn bias<T: Scalar>(
     coordinate: Coordinate,
     topology: &Topology,
     parameters: &Parameters<T>,
-    bodies: &Bodies<T>,
+    (bodies, known): (&Bodies<T>, &mut Option<BodyAngles<T>>),
     covector: Wrench<T>,
 ) -> T {
     let ground = bodies.pose[0];
@@ -165,10 +192,8 @@ pub(super) fn bias<T: Scalar>(
             bodies.bias[body.0].power(covector) + ground.rotation.columns[axis].dot(centripetal)
         }
         Coordinate::Angle { body, order, index } => {
-            let rotation = seen_from(ground, bodies.pose[body.0]);
             let omega = ground.rotation.transpose_mul(bodies.twist[body.0].angular);
-            let axes = axes_of(order, intrinsic_angles(rotation, order));
-            let rows = rate_rows(axes);
+            let BodyAngles { axes, rows, .. } = BodyAngles::at(known, body, order, bodies);
             let rates = rows.map(|row| row.dot(omega));
             // The axes rotate: omega' = E angles'' + E' angles'.
             let turning = (axes[0] * rates[0]).cross(axes[1]) * rates[1]

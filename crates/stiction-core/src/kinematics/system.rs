@@ -16,7 +16,7 @@ use super::motion_constraints::MotionConstraints;
 use super::rotation_vector::{Orientation, RotationVector};
 use crate::linalg::{Entry, Plan, RankDeficient, Scales, SparseMatrix, StaticLu};
 use crate::parameters::Parameters;
-use crate::scalar::Scalar;
+use crate::scalar::{Lanes, Scalar};
 use crate::spatial::{Vec3, Wrench};
 use crate::topology::Topology;
 
@@ -167,6 +167,7 @@ impl<T: Scalar> Kinematics<T> {
         let coordinates =
             motion_constraints.coordinates.iter().zip(&motion_constraints.orientations);
         let coordinates = coordinates.zip(&motion_constraints.differences).zip(targets);
+        let mut angles = None;
         for (((&coordinate, &orientation), &difference), target) in coordinates {
             (self.errors[row], self.covectors[row]) = match (coordinate, orientation) {
                 (Coordinate::RotationVector { body, axis }, Some(places)) => {
@@ -181,7 +182,7 @@ impl<T: Scalar> Kinematics<T> {
                         coordinate,
                         topology,
                         parameters,
-                        &self.bodies,
+                        (&self.bodies, &mut angles),
                         &state.coordinates,
                     );
                     let error = measure::deviation(difference, measured.value, target.value);
@@ -404,6 +405,7 @@ impl<T: Scalar> Kinematics<T> {
         }
         let coordinates =
             motion_constraints.coordinates.iter().zip(&motion_constraints.orientations);
+        let mut angles = None;
         for ((&coordinate, &orientation), target) in coordinates.zip(targets) {
             let covector = self.covectors[row];
             self.right[row] = match (coordinate, orientation) {
@@ -412,9 +414,9 @@ impl<T: Scalar> Kinematics<T> {
                         - self.bodies.bias[body.0].power(covector)
                 }
                 _ => {
-                    let bodies = &self.bodies;
+                    let at = (&self.bodies, &mut angles);
                     target.acceleration
-                        - measure::bias(coordinate, topology, parameters, bodies, covector)
+                        - measure::bias(coordinate, topology, parameters, at, covector)
                 }
             };
             row += 1;
@@ -484,7 +486,37 @@ impl<T: Scalar> Kinematics<T> {
     }
 }
 
+/// Number of prescribed coordinates whose responses are computed together.
+const WIDTH: usize = 4;
+
 impl Kinematics<f64> {
+    /// Computes the rates of the spanning tree for a unit rate of each prescribed coordinate, with
+    /// zero rates of all other prescribed coordinates and spins. Calls `take` with the index of
+    /// each coordinate and the rates. Call [`Self::differentiate`] before.
+    pub(crate) fn responses_to_coordinates(
+        &self,
+        model: &KinematicModel,
+        mut take: impl FnMut(usize, &[f64]),
+    ) {
+        let count = model.constraints.coordinates().len();
+        let mut right = vec![Lanes::<f64, WIDTH>::zero(); self.right.len()];
+        let mut solution = vec![Lanes::zero(); self.step.len()];
+        let mut rates = vec![0.0; self.step.len()];
+        for first in (0..count).step_by(WIDTH) {
+            right.fill(Lanes::zero());
+            let last = (first + WIDTH).min(count);
+            for coordinate in first..last {
+                right[self.closures + coordinate].0[coordinate - first] = 1.0;
+            }
+            model.rates.solve_lanes(&self.factors, &mut right, &mut solution);
+            for coordinate in first..last {
+                let lanes = rates.iter_mut().zip(&solution);
+                lanes.for_each(|(rate, lanes)| *rate = lanes.0[coordinate - first]);
+                take(coordinate, &rates);
+            }
+        }
+    }
+
     /// Chooses independent rows and the elimination order of the system by the values of its
     /// entries. Call [`Self::linearise`] before.
     ///

@@ -191,7 +191,7 @@ impl BlockCholesky {
         self.diagonal[step] = inverse;
         let own = self.starts[step]..self.starts[step + 1];
         for k in own.clone() {
-            self.below[k] = lower_product(&inverse, &self.below[k], size);
+            multiply_lower(&inverse, &mut self.below[k], size);
         }
         for k in own.clone() {
             let block = self.below[k];
@@ -293,24 +293,37 @@ pub(crate) fn add_outer(block: &mut [Part], a: &Part, b: &Part) {
     }
 }
 
+/// Adds the sum of the outer products of the vectors `a` and `b` with the same index to the given
+/// first rows of a block.
+pub(crate) fn add_outer_products(block: &mut [Part], a: &[Part], b: &[Part]) {
+    for i in 0..block.len().min(BLOCK) {
+        // The row stays in registers.
+        let mut row = block[i];
+        for (a, b) in a.iter().zip(b) {
+            let amount = a[i];
+            (0..BLOCK).for_each(|j| row[j] += amount * b[j]);
+        }
+        block[i] = row;
+    }
+}
+
 /// Computes the scalar product of two vectors.
 pub(crate) fn dot(a: &Part, b: &Part) -> f64 {
     let [even, odd] = [0, 1].map(|k| a[k] * b[k] + a[k + 2] * b[k + 2] + a[k + 4] * b[k + 4]);
     even + odd
 }
 
-/// Computes the product of a lower triangular block and a full block, of which `size` rows are in
-/// use.
+/// Multiplies a block, of which `size` rows are in use, by a lower triangular block from the left.
 #[inline(always)]
-fn lower_product(lower: &Block, block: &Block, size: usize) -> Block {
-    let mut product = NOTHING;
-    for (i, row) in product.iter_mut().enumerate().take(size) {
-        for k in 0..=i {
-            let amount = lower[i][k];
-            (0..BLOCK).for_each(|j| row[j] += amount * block[k][j]);
+fn multiply_lower(lower: &Block, block: &mut Block, size: usize) {
+    // A row of the product depends on this row and the rows above it.
+    for i in (0..size.min(BLOCK)).rev() {
+        let mut row = [0.0; BLOCK];
+        for (amount, other) in lower[i].iter().zip(&*block).take(i + 1) {
+            (0..BLOCK).for_each(|j| row[j] += amount * other[j]);
         }
+        block[i] = row;
     }
-    product
 }
 
 /// Subtracts a product in place, of which the first `columns` rows are nonzero:

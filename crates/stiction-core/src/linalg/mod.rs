@@ -14,7 +14,7 @@ mod static_lu;
 mod svd;
 mod twofold;
 
-pub(crate) use blocks::{BLOCK, BlockCholesky, Part, Slot, add_outer, dot};
+pub(crate) use blocks::{BLOCK, BlockCholesky, Part, Slot, add_outer, add_outer_products, dot};
 pub(crate) use decomposition::to_dense;
 pub use decomposition::{Decomposition, Limit, SparseVector};
 pub(crate) use lanczos::Lanczos;

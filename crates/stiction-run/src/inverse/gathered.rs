@@ -75,24 +75,25 @@ impl<'a> Gathered<'a> {
     pub(super) fn take(
         &mut self,
         mechanism: &Mechanism,
-        result: SampleResult,
+        result: &mut SampleResult,
         receive: &mut impl FnMut(&Sample) -> Result<(), SinkError>,
     ) -> Result<(), Error> {
         let SampleResult { time, found } = result;
+        let time = *time;
         let verdict = &mut self.verdict;
-        let mut found = match found {
+        let found = match found {
             Ok(found) if self.missing.is_none() && self.failed.is_none() => found,
             Ok(_) => return Ok(()),
             Err(error) => {
                 self.sides = Sides::default();
                 match error {
                     InverseError::CannotCarry { .. } => {
-                        add_missing(&mut self.missing, time, error, verdict.samples);
+                        add_missing(&mut self.missing, time, error.clone(), verdict.samples);
                     }
                     // The run continues, because a load that cannot be carried at a later sample
                     // explains the failure better.
                     _ => {
-                        self.failed.get_or_insert((time, error));
+                        self.failed.get_or_insert_with(|| (time, error.clone()));
                     }
                 }
                 return Ok(());

@@ -9,8 +9,11 @@ use stiction_format::Signal;
 
 /// Returns the coordinates, rates and accelerations of the degrees of freedom `dofs` at the
 /// solver's pose; angles are at most half a turn from zero.
-pub(super) fn joint_motions(solver: &InverseDynamics, dofs: &[Dof]) -> Vec<Target<f64>> {
-    dofs.iter().map(|dof| solver.joint_motion(dof.joint, dof.index)).collect()
+pub(super) fn joint_motions(
+    solver: &InverseDynamics,
+    dofs: &[Dof],
+) -> impl Iterator<Item = Target<f64>> {
+    dofs.iter().map(|dof| solver.joint_motion(dof.joint, dof.index))
 }
 
 /// Counts the full turns of joint angles from sample to sample.

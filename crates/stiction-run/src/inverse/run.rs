@@ -6,7 +6,7 @@ use super::gathered::Gathered;
 use super::motion_scan::{Following, MotionExtremes};
 use super::motors::Motors;
 use super::sample::Sample;
-use super::solving::{ChunkResults, Solving};
+use super::solving::{ChunkResults, Solving, Spare};
 use super::track::Track;
 use super::uniqueness::Uniqueness;
 use super::verdict::{Verdict, idle_spins};
@@ -102,16 +102,19 @@ impl Job<'_> {
         let dofs = dofs_of(&self.model.mechanism);
         let uniqueness = Uniqueness::new(start, meant);
         let track = &extremes.track;
-        let solving = Solving { job: self, uniqueness, dofs, track };
+        let solving = Solving { job: self, uniqueness, dofs, track, spare: Spare::default() };
         let calculator = solving.uniqueness.proximity.clone();
         let rest_rate = |actuator: usize| rest_rates.get(actuator).copied().unwrap_or_default();
         let motors = Motors::new(&self.model.mechanism, self.friction, rest_rate);
         let mut gathered = Gathered::new(self, calculator, verdict, motors);
+        let spare = &solving.spare;
         let solving = (&solving, track);
         chunks::carry_out(self, &follower, solving, threads, |range, piece: ChunkResults| {
-            for result in gathered.complete((start.mechanism(), start.parameters()), piece) {
+            let mut samples = gathered.complete((start.mechanism(), start.parameters()), piece);
+            for result in &mut samples {
                 gathered.take(start.mechanism(), result, &mut receive)?;
             }
+            spare.put(samples);
             range.into_iter().try_for_each(|k| go_on(progress(Phase::Forces, k + 1, count)))
         })?;
         gathered.finish()

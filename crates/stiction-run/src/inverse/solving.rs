@@ -11,8 +11,12 @@ use super::uniqueness::{Singular, Uniqueness};
 use crate::dofs::Dof;
 use crate::error::Error;
 use crate::job::{Indices, Job};
-use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, InverseError, Mirror};
+use std::sync::{Mutex, PoisonError};
+use stiction_core::dynamics::{
+    AppliedLoad, Contributions, FrictionMode, InverseDynamics, InverseError, Mirror,
+};
 use stiction_core::kinematics::State;
+use stiction_core::statics::Distances;
 use stiction_format::Side;
 
 /// Evaluates the chunks of a motion; computes forces and their uniqueness at each sample.
@@ -24,11 +28,34 @@ pub(super) struct Solving<'a> {
     pub(super) dofs: Vec<Dof>,
     /// Configurations known from the scan of the motion.
     pub(super) track: &'a Track,
+    /// Results whose buffers later chunks reuse, because allocating them anew costs more than
+    /// filling them.
+    pub(super) spare: Spare,
+}
+
+/// Results of samples that are no longer in use.
+#[derive(Default)]
+pub(super) struct Spare(Mutex<Vec<SampleResult>>);
+
+impl Spare {
+    /// Adds the results of a chunk whose samples have been received.
+    pub(super) fn put(&self, samples: Vec<SampleResult>) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).extend(samples);
+    }
+
+    /// Removes all results.
+    fn take(&self) -> Vec<SampleResult> {
+        core::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
 }
 
 /// Results of the samples of a chunk.
 pub(super) struct ChunkResults {
     pub(super) samples: Vec<SampleResult>,
+    /// Results of earlier chunks, whose buffers this chunk reuses.
+    spare: Vec<SampleResult>,
+    /// Loads at the present sample.
+    loads: Vec<AppliedLoad<f64>>,
     uniqueness: Uniqueness,
     pub(super) least: LeastIndices,
     mirror: Mirror,
@@ -70,6 +97,8 @@ impl Work for Solving<'_> {
     fn begin(&self) -> ChunkResults {
         ChunkResults {
             samples: Vec::new(),
+            spare: self.spare.take(),
+            loads: Vec::new(),
             uniqueness: self.uniqueness.clone(),
             least: LeastIndices::default(),
             mirror: Mirror::default(),
@@ -92,16 +121,15 @@ impl Work for Solving<'_> {
         let sides = [Side::Before, Side::After];
         let jumps = self.job.load.jumps_at(time);
         for side in sides.into_iter().skip(usize::from(!jumps)) {
-            let mut loads = Vec::new();
-            self.job.loads_of(solver, (time, side), &mut loads)?;
-            if let Some(found) = piece.known(solver, &loads, time) {
+            self.job.loads_of(solver, (time, side), &mut piece.loads)?;
+            if let Some(found) = piece.known(solver, time) {
                 piece.samples.push(SampleResult { time, found: Ok(found) });
                 continue;
             }
             // Tables contain the coupling at all samples, summaries only the greatest coupling.
             let known = if postpones { piece.coupling } else { 0.0 };
             solver.accept_coupling_up_to(known);
-            match solver.solve(&loads) {
+            match solver.solve(&piece.loads) {
                 Err(error) => {
                     piece.has_failed = true;
                     piece.samples.push(SampleResult { time, found: Err(error) });
@@ -109,9 +137,11 @@ impl Work for Solving<'_> {
                 // After a failure, the remaining samples are not computed.
                 Ok(_) if piece.has_failed => {}
                 Ok(_) => {
-                    piece.remember(solver, &loads);
-                    let found = self.find(piece, solver, loads, (sample, time));
-                    piece.samples.push(SampleResult { time, found: Ok(Box::new(found)) });
+                    piece.remember(solver);
+                    let spare = piece.spare.pop().and_then(|spare| spare.found.ok());
+                    let mut found = spare.unwrap_or_else(|| Solved::at(solver));
+                    self.find(piece, solver, (sample, time), &mut found);
+                    piece.samples.push(SampleResult { time, found: Ok(found) });
                 }
             }
         }
@@ -120,15 +150,10 @@ impl Work for Solving<'_> {
 }
 
 impl ChunkResults {
-    /// Returns a copy of the result of the last sample with the new time `time`, s, if `loads` and
-    /// the state of `solver` are the same as at the last sample.
-    fn known(
-        &mut self,
-        solver: &InverseDynamics,
-        loads: &[AppliedLoad<f64>],
-        time: f64,
-    ) -> Option<Box<Solved>> {
-        let same = |last: &SolvedAt| last.loads == loads && last.state == *solver.state();
+    /// Returns a copy of the result of the last sample with the new time `time`, s, if the present
+    /// loads and the state of `solver` are the same as at the last sample.
+    fn known(&mut self, solver: &InverseDynamics, time: f64) -> Option<Box<Solved>> {
+        let same = |last: &SolvedAt| last.loads == self.loads && last.state == *solver.state();
         let last = self.solved.as_mut().filter(|last| same(last))?;
         let mut found = self.samples.get(last.place)?.found.as_ref().ok()?.clone();
         found.sample.time = time;
@@ -139,73 +164,95 @@ impl ChunkResults {
     }
 
     /// Stores the state and the loads of the sample whose result is added next.
-    fn remember(&mut self, solver: &InverseDynamics, loads: &[AppliedLoad<f64>]) {
+    fn remember(&mut self, solver: &InverseDynamics) {
         let place = self.samples.len();
         match &mut self.solved {
             Some(last) => {
                 last.state.clone_from(solver.state());
-                last.loads.clear();
-                last.loads.extend_from_slice(loads);
+                last.loads.clone_from(&self.loads);
                 last.place = place;
             }
             none => {
-                let (state, loads) = (solver.state().clone(), loads.to_vec());
+                let (state, loads) = (solver.state().clone(), self.loads.clone());
                 *none = Some(SolvedAt { state, loads, place });
             }
         }
     }
 }
 
+impl Solved {
+    /// Returns a result with buffers for the mechanism of `solver`, which [`Solving::find`] fills.
+    fn at(solver: &InverseDynamics) -> Box<Self> {
+        let unknown = Distances { actuation: f64::NAN, constraint: f64::NAN };
+        let sample = Sample {
+            time: 0.0,
+            forces: solver.forces().clone(),
+            bodies: solver.bodies().clone(),
+            origin: solver.parameters().origin,
+            joints: Vec::new(),
+            loads: Vec::new(),
+            closure: 0.0,
+            distances: unknown,
+            determined_reactions: Vec::new(),
+            determined_gearings: Vec::new(),
+            determined_loads: Vec::new(),
+            determined_drives: Vec::new(),
+            coupling: None,
+            friction_margin: None,
+            shares: Contributions::new(0, 0),
+            backward: Vec::new(),
+            motors: Vec::new(),
+        };
+        let certainty = SampleCertainty::default();
+        let (redundancy, is_singular, singular, side) = (0, false, None, None);
+        Box::new(Self { sample, redundancy, is_singular, singular, certainty, side })
+    }
+}
+
 impl Solving<'_> {
-    /// Collects the results of a sample from the solver; the sample is given by its index and its
-    /// time, s.
+    /// Collects the results of a sample from the solver in `found`; the sample is given by its
+    /// index and its time, s.
     fn find(
         &self,
         piece: &mut ChunkResults,
         solver: &mut InverseDynamics,
-        loads: Vec<AppliedLoad<f64>>,
         (sample, time): (usize, f64),
-    ) -> Solved {
+        found: &mut Solved,
+    ) {
         let known = self.track.at(sample);
-        let side = known.map_or_else(|| solver.side(), |known| known.side);
-        let mut backward = Vec::new();
+        found.side = known.map_or_else(|| solver.side(), |known| known.side);
+        let loads = &piece.loads;
+        let sample = &mut found.sample;
+        sample.backward.clear();
         if self.job.friction != FrictionMode::Off && !solver.forces().interfaces.is_empty() {
-            evaluate_back_driving(solver, &mut piece.mirror, &loads, &mut backward);
+            evaluate_back_driving(solver, &mut piece.mirror, loads, &mut sample.backward);
         }
-        let shares = solver.shares().clone();
+        sample.shares.clone_from(solver.shares());
         let uniqueness = &mut piece.uniqueness;
         let postpones = self.job.indices == Indices::Least;
         if let Some(travel) = uniqueness.observe(solver, time, postpones) {
             piece.least.postpone(piece.samples.len(), travel);
         }
-        let certainty = SampleCertainty::of(solver, &loads, self.job.friction_margin);
-        piece.coupling = piece.coupling.max(certainty.coupling.unwrap_or(0.0));
-        let sample = Sample {
-            time,
-            forces: solver.forces().clone(),
-            bodies: solver.bodies().clone(),
-            origin: solver.parameters().origin,
-            joints: joint_motions(solver, &self.dofs),
-            loads,
-            closure: solver.closure_error(),
-            distances: uniqueness.distances,
-            determined_reactions: uniqueness.reactions.clone(),
-            determined_gearings: uniqueness.gearings.clone(),
-            determined_loads: uniqueness.loads.clone(),
-            determined_drives: uniqueness.drives.clone(),
-            coupling: certainty.coupling,
-            friction_margin: certainty.locks_at(),
-            shares,
-            backward,
-            motors: Vec::new(),
-        };
-        Solved {
-            sample,
-            redundancy: uniqueness.redundancy,
-            is_singular: uniqueness.is_singular,
-            singular: uniqueness.singular.take(),
-            certainty,
-            side,
-        }
+        found.certainty = SampleCertainty::of(solver, loads, self.job.friction_margin);
+        let coupling = found.certainty.coupling;
+        piece.coupling = piece.coupling.max(coupling.unwrap_or(0.0));
+        sample.time = time;
+        sample.forces.clone_from(solver.forces());
+        sample.bodies.clone_from(solver.bodies());
+        sample.joints.clear();
+        sample.joints.extend(joint_motions(solver, &self.dofs));
+        sample.loads.clone_from(loads);
+        sample.closure = solver.closure_error();
+        sample.distances = uniqueness.distances;
+        sample.determined_reactions.clone_from(&uniqueness.reactions);
+        sample.determined_gearings.clone_from(&uniqueness.gearings);
+        sample.determined_loads.clone_from(&uniqueness.loads);
+        sample.determined_drives.clone_from(&uniqueness.drives);
+        sample.coupling = coupling;
+        sample.friction_margin = found.certainty.locks_at();
+        sample.motors.clear();
+        found.redundancy = uniqueness.redundancy;
+        found.is_singular = uniqueness.is_singular;
+        found.singular = uniqueness.singular.take();
     }
 }

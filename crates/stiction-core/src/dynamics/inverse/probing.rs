@@ -20,34 +20,47 @@ impl<T: Scalar> Inverse<T> {
         bodies: &Bodies<T>,
         wrenches: &[Wrench<T>],
     ) {
-        self.balance.joint_wrenches.copy_from_slice(wrenches);
-        self.interfaces.update_normal_forces(parameters, bodies, wrenches);
+        self.restart_from_each(parameters, bodies, wrenches.iter().copied());
     }
 
-    /// Adopts a solution of the coupled problem of friction and reactions. `wrenches` are the
-    /// wrenches of all joints. `loads` contains the index and the normal force, N, of each
+    /// Recomputes the normal forces as [`Self::restart_from`], from an iterator over the wrenches.
+    fn restart_from_each(
+        &mut self,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        wrenches: impl Iterator<Item = Wrench<T>>,
+    ) {
+        let joint_wrenches = &mut self.balance.joint_wrenches;
+        joint_wrenches.iter_mut().zip(wrenches).for_each(|(to, from)| *to = from);
+        self.interfaces.update_normal_forces(parameters, bodies, joint_wrenches);
+    }
+
+    /// Adopts a solution of the coupled problem of friction and reactions. `wrench_of` returns
+    /// the wrench of a joint. `loads` contains the index and the normal force, N, of each
     /// interface whose friction depends on the normal force.
     ///
     /// Returns false if the solution does not satisfy the balance to round-off. Also returns false
     /// if the model is not plain (see
     /// [`BalanceStructure::is_plain`](crate::dynamics::structure::BalanceStructure)), after calling
-    /// [`Self::restart_from`] with `wrenches`. Requires a previous [`Self::begin`] for this motion,
-    /// no static friction at interfaces at rest, and a coupling bound below one, which implies that
-    /// the determinant has the same sign as without friction.
+    /// [`Self::restart_from`] with these wrenches. Requires a previous [`Self::begin`] for this
+    /// motion, no static friction at interfaces at rest, and a coupling bound below one, which
+    /// implies that the determinant has the same sign as without friction.
     pub(in crate::dynamics) fn adopt(
         &mut self,
         model: &Model,
         parameters: &Parameters<T>,
         bodies: &Bodies<T>,
         settings: &Settings,
-        (wrenches, loads): (&[Wrench<T>], impl Iterator<Item = (usize, T)>),
+        (wrench_of, loads): (impl Fn(usize) -> Wrench<T>, impl Iterator<Item = (usize, T)>),
     ) -> bool {
         let plan = &*model.balance;
         if !plan.structure.is_plain(&plan.topology) {
-            self.restart_from(parameters, bodies, wrenches);
+            let joints = 0..plan.topology.joint_types.len();
+            self.restart_from_each(parameters, bodies, joints.map(wrench_of));
             return false;
         }
-        let cuts = plan.topology.cuts.iter().map(|cut| wrenches[cut.joint]);
+        // All other wrenches follow by recursion along the tree.
+        let cuts = plan.topology.cuts.iter().map(|cut| wrench_of(cut.joint));
         self.balance.carry_plainly(plan, cuts);
         self.interfaces.update_normal_forces(parameters, bodies, &self.balance.joint_wrenches);
         let (mut change, mut largest) = (T::zero(), T::zero());

@@ -285,7 +285,6 @@ impl InverseDynamics {
     /// actuators differs from the number of prescribed coordinates, or is zero.
     pub fn side(&mut self) -> Option<f64> {
         let topology = &self.topology;
-        let dofs = topology.dofs();
         let (model, kinematics) = self.assembly.parts();
         let coordinates = model.constraints().coordinates();
         let count = coordinates.len();
@@ -303,10 +302,8 @@ impl InverseDynamics {
         if let Some(sign) = order_of_actuators(topology, coordinates) {
             return Some(sign * own.signum());
         }
-        let mut rates = vec![0.0; dofs];
         let mut matrix = DMatrix::zeros(count, count);
-        for column in 0..count {
-            kinematics.response_to_coordinate(model, column, &mut rates);
+        kinematics.responses_to_coordinates(model, |column, rates| {
             for (tree_dof, content) in topology.tree_dofs.iter().enumerate() {
                 if let Some(actuator) = content.actuator {
                     matrix[(actuator, column)] = rates[tree_dof];
@@ -314,13 +311,13 @@ impl InverseDynamics {
             }
             if !topology.cut_actuators.is_empty() {
                 let bodies = &kinematics.bodies;
-                let twists = body_twists(topology, bodies, &rates);
+                let twists = body_twists(topology, bodies, rates);
                 for &row in &topology.cut_actuators {
                     let actuator = &topology.actuators[row];
                     matrix[(row, column)] = actuator_rate(topology, bodies, actuator, &twists);
                 }
             }
-        }
+        });
         // The determinant of closures and actuators equals the determinant of this matrix times the
         // determinant of closures and coordinates.
         let determinant = matrix.determinant() * own;
@@ -356,7 +353,7 @@ impl InverseDynamics {
         }
         let bodies = self.bodies();
         let relative = bodies.frame_j[joint.0].inverse() * bodies.frame_k[joint.0];
-        let (_, coordinates) = content.joint_type.misfit(relative, content.pitch);
+        let (_, coordinates) = content.joint_type.nearest(relative, content.pitch);
         coordinates.get(dof).copied().unwrap_or(0.0)
     }
 

@@ -118,7 +118,8 @@ impl InverseDynamics {
             self.strength = coupling.begin(inverse, model, parameters, bodies);
             let at = Configuration { parameters, bodies };
             if self.strength < 1.0 && coupling.solve_present(at) {
-                let found = (coupling.total_wrenches(), coupling.present_loads());
+                let wrench_of = |joint| coupling.present_wrench(joint);
+                let found = (wrench_of, coupling.present_loads());
                 // This solution does not include static friction.
                 let is_whole = coupling.has_only_sliding_friction();
                 let adopted = inverse.adopt(model, parameters, bodies, settings, found);

@@ -18,7 +18,7 @@ use super::newton_euler::NewtonEuler;
 use super::prediction::{Prediction, Shift};
 use crate::joint::{Dof, JointType};
 use crate::kinematics::Bodies;
-use crate::linalg::{BLOCK, BlockCholesky, Lanczos, Part, Slot, Twofold, add_outer, dot};
+use crate::linalg::{BLOCK, BlockCholesky, Lanczos, Part, Slot, Twofold, add_outer_products, dot};
 use crate::mechanism::Mechanism;
 use crate::parameters::Parameters;
 use crate::spatial::Wrench;
@@ -378,7 +378,7 @@ impl SingularityDistances {
                 let Some(slot) = slot else { continue };
                 let (block, transposed) = matrix.block(*slot);
                 let (rows, columns) = if transposed { (columns, rows) } else { (rows, columns) };
-                rows.iter().zip(columns).for_each(|(row, column)| add_outer(block, row, column));
+                add_outer_products(block, rows, columns);
             }
         }
     }
@@ -401,7 +401,7 @@ impl SingularityDistances {
             let (first, rows, columns) =
                 if transposed { (*b, columns, rows) } else { (*a, rows, columns) };
             let block = &mut block[..self.joints[first].constraints];
-            rows.iter().zip(columns).for_each(|(row, column)| add_outer(block, row, column));
+            add_outer_products(block, rows, columns);
         }
     }
 
