@@ -18,6 +18,9 @@ const CLOSED: f64 = 1e-14;
 /// Loops count as open if a closure error exceeds this value, rad; length errors are divided by the
 /// characteristic length.
 const OPEN: f64 = 1e-9;
+/// If locked DOFs leave a closure error between [`OPEN`] and this value, they yield to the loops, rad;
+/// length errors are divided by the characteristic length.
+const YIELDS: f64 = 1e-7;
 /// Largest number of Newton steps to close the loops.
 const STEPS: usize = 10;
 
@@ -156,6 +159,13 @@ impl Forward {
                 || step == STEPS
                 || (worst < 1e-12 && worst > 0.5 * best)
                 || !worst.is_finite();
+            if ends
+                && worst >= OPEN
+                && worst < YIELDS
+                && (!anchors.is_empty() || frozen.contains(&true))
+            {
+                return self.project_unlocked(time, state, targets, (anchors, frozen), workspace);
+            }
             if ends && (worst >= OPEN || worst.is_nan()) {
                 let joint = self.joint_name(workspace.rows.rows[at].joint);
                 return Err(ForwardError::Open { time, joint, gap: workspace.errors[at].abs() });
@@ -182,6 +192,26 @@ impl Forward {
             decomposed = largest < SMALL && workspace.distance() > REGULAR;
             state.advance(&self.topology, &workspace.step);
         }
+        Ok(())
+    }
+
+    /// Closes the loops without the locks, and removes the component of the rates that violates the
+    /// constraints or the locks. After a jump, sticking joints may be locked at positions that leave
+    /// small gaps; static friction holds the joints wherever the loops close.
+    fn project_unlocked(
+        &self,
+        time: f64,
+        state: &mut State<f64>,
+        targets: &[Target<f64>],
+        (anchors, frozen): (&[Anchor], &[bool]),
+        workspace: &mut Projection,
+    ) -> Result<(), ForwardError> {
+        let free = vec![false; frozen.len()];
+        self.project_in(time, state, targets, (&[], &free), workspace)?;
+        self.constrain_anchors(targets, anchors, &mut workspace.constrained);
+        self.close(state, targets, anchors, workspace);
+        workspace.decompose(self, frozen);
+        self.project_rates(state, targets, frozen, workspace);
         Ok(())
     }
 

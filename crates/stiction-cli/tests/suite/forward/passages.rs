@@ -138,9 +138,10 @@ fn a_jammed_mechanism_at_rest_is_event_driven() {
     let drives = "leg1.P = -82.682 N*cos(1.591*t); leg2.P = -42.0978 N*cos(0.913*t); \
                   leg3.P = 30.1088 N*cos(11.494*t)";
     let run = ["forward", "robot.toml", "--from", from, "--drives", drives, "--load", "load.toml"];
-    folder
-        .stiction(&[&run[..], &["--friction", "on", "--until", "1", "-o", "."]].concat())
-        .succeeds();
+    // With some tolerances, the mechanism stops so close to the singular position that rounding decides
+    // whether its frictions hold it; then time stepping goes on at rest.
+    let until = ["--friction", "on", "--until", "1", "--tolerance", "9e-11", "-o", "."];
+    folder.stiction(&[&run[..], &until].concat()).succeeds();
     let summary = json(&folder.read("summary.json"));
     assert!(summary["events"]["jump"].as_u64() > Some(0), "{}", summary["events"]);
     let method = &summary["method"];

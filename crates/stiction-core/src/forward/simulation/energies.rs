@@ -25,6 +25,19 @@ pub struct Energies {
     pub turnover: f64,
 }
 
+impl Energies {
+    /// Distributes the dissipated energy of a velocity jump such that no interface supplies energy. In
+    /// a jump only the sum is determined: frictions that stress the mechanism against itself do no work
+    /// together, but may seem to do much work one by one.
+    pub(super) fn share_dissipation(&mut self) {
+        let sum: f64 = self.interfaces.iter().sum();
+        let positive: f64 = self.interfaces.iter().map(|lost| lost.max(0.0)).sum();
+        if sum > 0.0 && sum < positive {
+            self.interfaces.iter_mut().for_each(|lost| *lost = lost.max(0.0) * (sum / positive));
+        }
+    }
+}
+
 impl Simulation<'_> {
     /// Returns the work and dissipated energy since the start, J.
     pub fn energies(&self) -> &Energies {

@@ -58,9 +58,11 @@ impl Simulation<'_> {
         }
         let interfaces = &self.now.interfaces;
         let rests = self.is_at_rest(&self.now.state.rates, interfaces.iter().map(|c| c.velocity));
-        // At rest accelerations may exist that did not exist before, and steps are long.
+        // At rest accelerations may exist that did not exist before, and steps are long. If the
+        // event-driven method has just failed at rest, it would fail again.
         let is_early = stepping.quiet < stepping.wait;
-        if is_early && !(rests && stepping.quiet == 1) {
+        let has_just_failed = self.wait > QUIET && self.economy.phase.1 < DENSE;
+        if is_early && !(rests && stepping.quiet == 1 && !has_just_failed) {
             return Ok(());
         }
         let last_step = std::mem::take(&mut self.last_step);
