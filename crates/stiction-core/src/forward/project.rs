@@ -112,7 +112,7 @@ impl Forward {
     /// Projects a state onto the constraints: closes the loops, moves constrained DOFs to their
     /// prescribed or locked positions, and removes the component of the rates that violates the
     /// constraints. `frozen` DOFs of the spanning tree keep their coordinates, and their rates
-    /// become zero.
+    /// become zero. Returns true if the locks had to yield to the loops.
     ///
     /// # Errors
     /// [`ForwardError::Open`] if the loops cannot be closed.
@@ -123,7 +123,7 @@ impl Forward {
         targets: &[Target<f64>],
         anchors: &[Anchor],
         frozen: &[bool],
-    ) -> Result<(), ForwardError> {
+    ) -> Result<bool, ForwardError> {
         self.project_in(time, state, targets, (anchors, frozen), &mut Projection::new(self))
     }
 
@@ -138,7 +138,7 @@ impl Forward {
         targets: &[Target<f64>],
         (anchors, frozen): (&[Anchor], &[bool]),
         workspace: &mut Projection,
-    ) -> Result<(), ForwardError> {
+    ) -> Result<bool, ForwardError> {
         self.normalise(state);
         self.constrain_anchors(targets, anchors, &mut workspace.constrained);
         let mut best = f64::INFINITY;
@@ -175,7 +175,7 @@ impl Forward {
             }
             if ends {
                 self.project_rates(state, targets, frozen, workspace);
-                return Ok(());
+                return Ok(false);
             }
             best = worst;
             workspace.values.clone_from(&workspace.errors);
@@ -192,7 +192,7 @@ impl Forward {
             decomposed = largest < SMALL && workspace.distance() > REGULAR;
             state.advance(&self.topology, &workspace.step);
         }
-        Ok(())
+        Ok(false)
     }
 
     /// Closes the loops without the locks, and removes the component of the rates that violates the
@@ -205,14 +205,14 @@ impl Forward {
         targets: &[Target<f64>],
         (anchors, frozen): (&[Anchor], &[bool]),
         workspace: &mut Projection,
-    ) -> Result<(), ForwardError> {
+    ) -> Result<bool, ForwardError> {
         let free = vec![false; frozen.len()];
         self.project_in(time, state, targets, (&[], &free), workspace)?;
         self.constrain_anchors(targets, anchors, &mut workspace.constrained);
         self.close(state, targets, anchors, workspace);
         workspace.decompose(self, frozen);
         self.project_rates(state, targets, frozen, workspace);
-        Ok(())
+        Ok(true)
     }
 
     /// Writes to `constrained` the DOFs that the projection constrains: first the DOFs of actuators

@@ -150,14 +150,16 @@ impl Simulation<'_> {
         if frozen.iter().all(|f| *f) {
             return Ok(StepResult { time_step, state, anchors, frozen });
         }
-        model.project(time, &mut state, &targets, &anchors, &frozen)?;
+        let mut yields = model.project(time, &mut state, &targets, &anchors, &frozen)?;
         // Interfaces that stick at the end of the step must have zero velocity at the new
         // configuration as well.
         let all: Vec<usize> = (0..time_step.modes.len())
             .filter(|&c| time_step.modes[c] == InterfaceMode::Sticks)
             .collect();
         let (_, frozen) = self.holds_of(&all);
-        model.project(time, &mut state, &targets, &anchors, &frozen)?;
+        yields |= model.project(time, &mut state, &targets, &anchors, &frozen)?;
+        // Locks that have yielded hold at the positions where the loops close.
+        let anchors = if yields { Vec::new() } else { anchors };
         if !state.coordinates.iter().chain(&state.rates).all(|x| x.is_finite()) {
             return Err(ForwardError::NotFinite { time, what: "a coordinate or a rate" });
         }
