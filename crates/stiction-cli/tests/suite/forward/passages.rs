@@ -108,6 +108,30 @@ fn a_mechanism_that_stops_sticks_in_all_joints() {
     assert_eq!(column(&folder.read("forward.csv"), "beta.rate [rad/s]").last(), Some(&0.0));
 }
 
+/// A robot thrown against its jammed joints: the solution from zero friction ends before full friction, so only friction
+/// from the branch in which everything sticks satisfies all laws. No friction supplies energy in the jump.
+#[test]
+fn a_motion_that_jams_at_its_start_goes_on() {
+    let folder = Folder::new("forward-jam-at-start");
+    let mut text = folder.stiction(&["models", "3upu"]).succeeds().to_owned();
+    for mu in ["mu = 0.05", "mu = 0.08"] {
+        assert!(text.contains(mu), "{text}");
+        text = text.replace(mu, "mu = 0.3");
+    }
+    folder.write("robot.toml", &text);
+    let from = "leg1.P = 0.6216610667026612 m + 0.78 m/s*t; leg2.P = 0.701043851591247 m + -0.26 m/s*t; \
+                leg3.P = 0.7010438515912469 m + -0.52 m/s*t";
+    let run = ["forward", "robot.toml", "--from", from, "--drives", "none", "--friction", "on"];
+    folder.stiction(&[&run[..], &["--until", "0.05", "-o", "."]].concat()).succeeds();
+    assert!(folder.read("events.csv").contains("\n0,jump,"));
+    let energy = folder.read("energy.csv");
+    let columns = energy.lines().next().unwrap().split(',');
+    for name in columns.filter(|name| name.ends_with(".dissipated [J]")) {
+        let lost = column(&energy, name);
+        assert!(lost.is_sorted(), "{name}: {lost:?}");
+    }
+}
+
 /// A jam stops the mechanism twice at instants without accelerations. At rest, frictions within all limits hold it. The
 /// first time, the least-norm frictions exceed a limit; the second time, they leave normal loads that are much larger than
 /// necessary.
