@@ -160,8 +160,7 @@ impl Forward {
                 || (worst < 1e-12 && worst > 0.5 * best)
                 || !worst.is_finite();
             if ends
-                && worst >= OPEN
-                && worst < YIELDS
+                && (OPEN..YIELDS).contains(&worst)
                 && (!anchors.is_empty() || frozen.contains(&true))
             {
                 return self.project_unlocked(time, state, targets, (anchors, frozen), workspace);
