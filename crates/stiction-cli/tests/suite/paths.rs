@@ -221,7 +221,9 @@ fn read_errors(
 
 fn open(folder: &Folder, name: &str) -> Option<Person> {
     let html = folder.read(&format!("{name}/report.html"));
-    Some(Browser::find()?.open(&format!("paths-{name}"), &html, 1000))
+    // Tests that run at the same time have folders of different names.
+    let test = folder.0.file_name().unwrap().display();
+    Some(Browser::find()?.open(&format!("{test}-{name}"), &html, 1000))
 }
 
 #[test]

@@ -40,8 +40,9 @@ impl<T: Clone> Clone for Contributions<T> {
 
     /// Copies `other` into the existing buffer, so that results of many samples do not allocate.
     fn clone_from(&mut self, other: &Self) {
-        (self.actuators, self.interfaces) = (other.actuators, other.interfaces);
-        self.values.clone_from(&other.values);
+        let Self { actuators, interfaces, values } = other;
+        (self.actuators, self.interfaces) = (*actuators, *interfaces);
+        self.values.clone_from(values);
     }
 }
 

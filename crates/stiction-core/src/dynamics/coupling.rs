@@ -259,6 +259,9 @@ impl FrictionCoupling {
         let each =
             unknowns.iter().map(|&unknown| (unknown, states[unknown].resistance.coefficient));
         let mut influence = ComputedInfluence { responses, inverse, model, at, unknowns };
+        if !self.keeps_history {
+            bound.start(BoundStart::New);
+        }
         bound.accept_up_to(self.accepted);
         let strength = uniqueness::coupling_bound(at, each, &mut influence, bound);
         (self.is_current, self.is_stored) = (!self.unknowns.is_empty(), false);
@@ -407,10 +410,13 @@ impl FrictionCoupling {
         self.keeps_history = true;
     }
 
-    /// Discards the normal loads of previous configurations, so that the next solution does not
-    /// depend on them.
+    /// Discards the normal loads and eigenvectors of previous configurations, so that the next
+    /// solution does not depend on them.
     pub(super) fn forget(&mut self) {
         self.history.iter_mut().for_each(LoadHistory::forget);
+        let Self { workspace, opposite, bound, .. } = self;
+        [workspace, opposite].into_iter().for_each(LoadWorkspace::forget);
+        bound.start(BoundStart::New);
     }
 
     /// Runs Newton's method from the normal loads extrapolated from previous configurations.

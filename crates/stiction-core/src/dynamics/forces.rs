@@ -86,15 +86,26 @@ impl Clone for Forces {
 
     /// Copies `other` into the existing buffers, so that results of many samples do not allocate.
     fn clone_from(&mut self, other: &Self) {
-        self.efforts.clone_from(&other.efforts);
-        self.efforts_frictionless.clone_from(&other.efforts_frictionless);
-        self.effort_bounds.clone_from(&other.effort_bounds);
-        self.effort_outer_bounds.clone_from(&other.effort_outer_bounds);
-        self.bounds = other.bounds;
-        self.reactions.clone_from(&other.reactions);
-        self.gearings.clone_from(&other.gearings);
-        self.interfaces.clone_from(&other.interfaces);
-        self.power = other.power;
+        let Self {
+            efforts,
+            efforts_frictionless,
+            effort_bounds,
+            effort_outer_bounds,
+            bounds,
+            reactions,
+            gearings,
+            interfaces,
+            power,
+        } = other;
+        self.efforts.clone_from(efforts);
+        self.efforts_frictionless.clone_from(efforts_frictionless);
+        self.effort_bounds.clone_from(effort_bounds);
+        self.effort_outer_bounds.clone_from(effort_outer_bounds);
+        self.bounds = *bounds;
+        self.reactions.clone_from(reactions);
+        self.gearings.clone_from(gearings);
+        self.interfaces.clone_from(interfaces);
+        self.power = *power;
     }
 }
 

@@ -29,7 +29,8 @@ const STEPS: StepPolicy =
     StepPolicy { first: 0.1, growth: 1.5, longest: f64::INFINITY, shortest: 1e-6, most: 300 };
 /// Number of random starts in the search for other solutions.
 const STARTS: u32 = 24;
-/// Uniqueness bound so far below one that it stays below one in the next steps.
+/// Uniqueness bound so far below one that it stays below one while the mechanism and the directions
+/// of slip hardly move.
 pub(super) const CERTAIN: f64 = 0.5;
 /// Two solutions count as equal if their normal loads differ by less than this fraction of the
 /// largest load.
@@ -50,9 +51,10 @@ pub(super) struct Coupling {
     /// Wrenches that do not depend on normal loads, each with the index of its joint: wrenches of
     /// actuators, and the constant parts of friction.
     constant: Vec<(usize, Wrench<f64>)>,
-    /// Response of the mechanism to the constant wrenches, loads and inertia forces, if it is up to
-    /// date.
+    /// Response of the mechanism to the constant wrenches, loads and inertia forces; valid only if
+    /// `has_base`.
     base: Response,
+    /// True if `base` is up to date.
     has_base: bool,
     problem: LoadProblem,
     /// For each unknown normal load, the index of its joint and the friction wrench per newton of

@@ -127,7 +127,7 @@ pub struct Instant {
     pub(super) input_rates: Vec<f64>,
     /// Energies and powers.
     pub account: Account,
-    /// Uniqueness bound, if computed. If the bound is below one, no other normal loads satisfy the
+    /// Uniqueness bound, if computed here or shortly before. If the bound is below one, no other normal loads satisfy the
     /// friction laws in the present modes.
     pub coupling: Option<f64>,
     /// Number of redundant constraints, including the constraints of sticking DOFs.

@@ -18,9 +18,9 @@ const CLOSED: f64 = 1e-14;
 /// Loops count as open if a closure error exceeds this value, rad; length errors are divided by the
 /// characteristic length.
 const OPEN: f64 = 1e-9;
-/// If locked DOFs leave a closure error between [`OPEN`] and this value, they yield to the loops, rad;
-/// length errors are divided by the characteristic length.
-const YIELDS: f64 = 1e-7;
+/// If locked DOFs leave a closure error of at most this value, they may yield to the loops, rad or
+/// characteristic lengths.
+pub(super) const YIELDS: f64 = 1e-7;
 /// Largest number of Newton steps to close the loops.
 const STEPS: usize = 10;
 
@@ -112,7 +112,7 @@ impl Forward {
     /// Projects a state onto the constraints: closes the loops, moves constrained DOFs to their
     /// prescribed or locked positions, and removes the component of the rates that violates the
     /// constraints. `frozen` DOFs of the spanning tree keep their coordinates, and their rates
-    /// become zero. Returns true if the locks had to yield to the loops.
+    /// become zero.
     ///
     /// # Errors
     /// [`ForwardError::Open`] if the loops cannot be closed.
@@ -123,7 +123,7 @@ impl Forward {
         targets: &[Target<f64>],
         anchors: &[Anchor],
         frozen: &[bool],
-    ) -> Result<bool, ForwardError> {
+    ) -> Result<(), ForwardError> {
         self.project_in(time, state, targets, (anchors, frozen), &mut Projection::new(self))
     }
 
@@ -138,7 +138,7 @@ impl Forward {
         targets: &[Target<f64>],
         (anchors, frozen): (&[Anchor], &[bool]),
         workspace: &mut Projection,
-    ) -> Result<bool, ForwardError> {
+    ) -> Result<(), ForwardError> {
         self.normalise(state);
         self.constrain_anchors(targets, anchors, &mut workspace.constrained);
         let mut best = f64::INFINITY;
@@ -159,12 +159,6 @@ impl Forward {
                 || step == STEPS
                 || (worst < 1e-12 && worst > 0.5 * best)
                 || !worst.is_finite();
-            if ends
-                && (OPEN..YIELDS).contains(&worst)
-                && (!anchors.is_empty() || frozen.contains(&true))
-            {
-                return self.project_unlocked(time, state, targets, (anchors, frozen), workspace);
-            }
             if ends && (worst >= OPEN || worst.is_nan()) {
                 let joint = self.joint_name(workspace.rows.rows[at].joint);
                 return Err(ForwardError::Open { time, joint, gap: workspace.errors[at].abs() });
@@ -174,7 +168,7 @@ impl Forward {
             }
             if ends {
                 self.project_rates(state, targets, frozen, workspace);
-                return Ok(false);
+                return Ok(());
             }
             best = worst;
             workspace.values.clone_from(&workspace.errors);
@@ -191,26 +185,36 @@ impl Forward {
             decomposed = largest < SMALL && workspace.distance() > REGULAR;
             state.advance(&self.topology, &workspace.step);
         }
-        Ok(false)
+        Ok(())
     }
 
-    /// Closes the loops without the locks, and removes the component of the rates that violates the
-    /// constraints or the locks. After a jump, sticking joints may be locked at positions that leave
-    /// small gaps; static friction holds the joints wherever the loops close.
-    fn project_unlocked(
+    /// Projects a state like [`Self::project`]. If the locks leave a small closure error, they yield to
+    /// the loops, and the result is true: after a jump, sticking joints may be locked at positions that
+    /// contradict the loops a little. Static friction holds the joints wherever the loops close.
+    ///
+    /// # Errors
+    /// See [`Self::project`].
+    pub(super) fn project_yielding(
         &self,
         time: f64,
         state: &mut State<f64>,
         targets: &[Target<f64>],
         (anchors, frozen): (&[Anchor], &[bool]),
-        workspace: &mut Projection,
     ) -> Result<bool, ForwardError> {
+        let mut workspace = Projection::new(self);
+        let is_locked = !anchors.is_empty() || frozen.contains(&true);
+        let largest = YIELDS * self.parameters.length.min(1.0);
+        match self.project_in(time, state, targets, (anchors, frozen), &mut workspace) {
+            Ok(()) => return Ok(false),
+            Err(ForwardError::Open { gap, .. }) if is_locked && gap < largest => {}
+            Err(error) => return Err(error),
+        }
         let free = vec![false; frozen.len()];
-        self.project_in(time, state, targets, (&[], &free), workspace)?;
+        self.project_in(time, state, targets, (&[], &free), &mut workspace)?;
         self.constrain_anchors(targets, anchors, &mut workspace.constrained);
-        self.close(state, targets, anchors, workspace);
+        self.close(state, targets, anchors, &mut workspace);
         workspace.decompose(self, frozen);
-        self.project_rates(state, targets, frozen, workspace);
+        self.project_rates(state, targets, frozen, &mut workspace);
         Ok(true)
     }
 

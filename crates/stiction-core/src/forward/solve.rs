@@ -28,7 +28,7 @@ pub(super) struct Solved {
     pub(super) coupling_bound: Option<f64>,
     /// Relative error of the normal loads at which their iteration may end; zero for round-off.
     pub(super) load_tolerance: f64,
-    /// True if the coupling of friction and normal loads is weak.
+    /// True if the uniqueness bound at the start of the step is at most [`super::coupling::CERTAIN`].
     pub(super) is_weak: bool,
     coupling: Coupling,
     efforts: Vec<(usize, Wrench<f64>)>,

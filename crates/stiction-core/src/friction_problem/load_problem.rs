@@ -50,6 +50,13 @@ pub(crate) struct LoadWorkspace {
     bound: BoundWorkspace,
 }
 
+impl LoadWorkspace {
+    /// Discards the eigenvectors from which the next bound would start.
+    pub(crate) fn forget(&mut self) {
+        self.bound.start(BoundStart::New);
+    }
+}
+
 impl LoadProblem {
     /// Removes all unknowns, keeping the buffers.
     pub(crate) fn clear(&mut self) {

@@ -26,8 +26,8 @@ pub struct Energies {
 }
 
 impl Energies {
-    /// Distributes the dissipated energy of a velocity jump such that no interface supplies energy. In
-    /// a jump only the sum is determined: frictions that stress the mechanism against itself do no work
+    /// Distributes the dissipated energy of a velocity jump, if it is positive, such that no interface
+    /// supplies energy. In a jump only the sum is determined: frictions that stress the mechanism against itself do no work
     /// together, but may seem to do much work one by one.
     pub(super) fn share_dissipation(&mut self) {
         let sum: f64 = self.interfaces.iter().sum();

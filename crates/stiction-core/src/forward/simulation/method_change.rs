@@ -4,6 +4,7 @@ use super::stepping::{FIRST, REFINEMENTS, Stepping};
 use super::{Event, EventKind, Method, Simulation};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
+use crate::forward::project::YIELDS;
 
 /// Initial and smallest number of time steps without a stick-slip transition after which the
 /// simulation tries the event-driven method again.
@@ -58,11 +59,11 @@ impl Simulation<'_> {
         }
         let interfaces = &self.now.interfaces;
         let rests = self.is_at_rest(&self.now.state.rates, interfaces.iter().map(|c| c.velocity));
-        // At rest accelerations may exist that did not exist before, and steps are long. If the
-        // event-driven method has just failed at rest, it would fail again.
+        // At rest accelerations may exist that did not exist before, and steps are long. After a phase
+        // of the event-driven method that has failed almost at once, it would probably fail again.
         let is_early = stepping.quiet < stepping.wait;
-        let has_just_failed = self.wait > QUIET && self.economy.phase.1 < DENSE;
-        if is_early && !(rests && stepping.quiet == 1 && !has_just_failed) {
+        let failed_at_once = self.wait > QUIET && self.economy.phase.1 < DENSE;
+        if is_early && !(rests && stepping.quiet == 1 && !failed_at_once) {
             return Ok(());
         }
         let last_step = std::mem::take(&mut self.last_step);
@@ -104,5 +105,5 @@ pub(super) fn is_without_acceleration(error: &ForwardError) -> bool {
             // Near a singular configuration, the loops may require a change of the rates that
             // exceeds round-off.
             | ForwardError::Impact { by_loop: true, .. }
-    )
+    ) || matches!(error, ForwardError::Open { gap, .. } if *gap < YIELDS)
 }

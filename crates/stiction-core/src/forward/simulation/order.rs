@@ -25,11 +25,15 @@ impl Simulation<'_> {
     /// step ends at a change of the inputs; all other steps are of order eight. Steps near singular
     /// configurations, and steps that stability may limit, are also of order eight.
     pub(super) fn order_of_step(&mut self, step: f64, is_cut: bool) -> Order {
+        // The error estimate of order four does not see derivatives that depend on time alone, as
+        // those of internal states of the inputs may.
+        let lowest = usize::from(!self.input.values.is_empty());
         let is_short = is_cut && step < self.step && step >= DENSE;
         if !is_short || self.now.distance < NEAR || self.workspace.crosses.is_some() {
             return Order::Eight;
         }
-        for (order, longest) in LOWER.into_iter().zip(&mut self.longest_of_lower_order) {
+        for (order, longest) in LOWER.into_iter().zip(&mut self.longest_of_lower_order).skip(lowest)
+        {
             if step <= *longest {
                 return order;
             }
@@ -43,11 +47,11 @@ impl Simulation<'_> {
     /// estimated error divided by the tolerated error.
     pub(super) fn accepts_order(&mut self, order: Order, error: f64, step: f64) -> bool {
         // The error of a step of order four is known at its end.
-        let (place, root) = match order {
+        let (place, exponent) = match order {
             Order::Four | Order::Eight => return true,
             Order::Five => (1, 5.0),
         };
-        self.accepts(place, error, (step, root))
+        self.accepts(place, error, (step, exponent))
     }
 
     /// Returns false if a step of order four that ends at `arrived` must be repeated at a higher
@@ -65,10 +69,10 @@ impl Simulation<'_> {
     }
 
     /// Updates the longest step of a lower order from the error of a step, which is proportional to
-    /// the power `root` of its length.
-    fn accepts(&mut self, place: usize, error: f64, (step, root): (f64, f64)) -> bool {
+    /// the power `exponent` of its length.
+    fn accepts(&mut self, place: usize, error: f64, (step, exponent): (f64, f64)) -> bool {
         let part = error / PART;
-        let grow = if part.is_nan() { 0.0 } else { 0.9 * part.powf(-1.0 / root) };
+        let grow = if part.is_nan() { 0.0 } else { 0.9 * part.powf(-1.0 / exponent) };
         self.longest_of_lower_order[place] = step * grow.clamp(0.2, 6.0);
         part <= 1.0
     }

@@ -32,7 +32,8 @@ pub enum Method {
     /// records each change.
     #[default]
     Automatic,
-    /// Steps of order eight; each stick or slip onset ends a step.
+    /// Steps of order eight, or of order four or five before a sample of a controller; each stick or
+    /// slip onset ends a step.
     EventDriven,
     /// Steps at velocity level (Moreau 1988, Jean 1999), of second order without stick-slip
     /// transitions and of first order with them; stick and slip onsets lie within steps.

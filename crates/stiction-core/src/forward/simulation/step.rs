@@ -220,6 +220,7 @@ impl Simulation<'_> {
         }))
     }
 
+    /// Returns the tolerance of the error of a step for components of the sizes `scales`.
     pub(super) fn tolerance<'s>(&self, scales: &'s [f64]) -> Tolerance<'s> {
         let Settings { relative, absolute, .. } = self.settings;
         Tolerance { relative, absolute, scales }
@@ -330,14 +331,16 @@ impl Simulation<'_> {
     /// Sets the stored slip directions of balls and plates to the directions of their present
     /// velocities. Called at the start of a step.
     pub(super) fn update_slip_directions(&mut self) {
-        for (interface, mode) in self.modes.iter_mut().enumerate() {
-            if let InterfaceMode::Slides(direction) = mode
+        for interface in 0..self.modes.len() {
+            if let InterfaceMode::Slides(before) = self.modes[interface]
                 && !self.model.parameters.interfaces[interface].shape.has_one_dof()
             {
                 let velocity = self.now.interfaces[interface].velocity;
                 let speed = norm(velocity);
                 if speed > REST * self.fastest {
-                    *direction = velocity.map(|v| v / speed);
+                    let direction = velocity.map(|v| v / speed);
+                    self.modes[interface] = InterfaceMode::Slides(direction);
+                    self.count_turn(before, direction);
                 }
             }
         }
@@ -458,6 +461,13 @@ impl Simulation<'_> {
             && situation.distribution == self.distribution
     }
 
+    /// Sets how the next evaluation solves for the normal loads.
+    pub(super) fn choose_load_iteration(&mut self) {
+        let Scratch { solved, load_tolerance, .. } = &mut *self.workspace;
+        solved.is_weak = self.now.coupling.is_some_and(|bound| bound <= CERTAIN);
+        solved.load_tolerance = load_tolerance.max(AT_END * self.settings.relative);
+    }
+
     pub(super) fn evaluate(
         &mut self,
         time: f64,
@@ -477,9 +487,7 @@ impl Simulation<'_> {
             return Err(ForwardError::NotFinite { time, what: "a coordinate or a rate" });
         }
         let is_factorised = self.is_factorised_at(coordinates, rates);
-        let Scratch { solved, load_tolerance, .. } = &mut *self.workspace;
-        solved.is_weak = self.now.coupling.is_some_and(|bound| bound <= CERTAIN);
-        solved.load_tolerance = load_tolerance.max(AT_END * self.settings.relative);
+        self.choose_load_iteration();
         let Scratch { situation, solved, solved_modes, loads, .. } = &mut *self.workspace;
         situation.time = time;
         situation.state.coordinates.copy_from_slice(coordinates);

@@ -62,7 +62,7 @@ pub(super) struct Stepping {
     /// event-driven method again.
     pub(super) wait: usize,
     /// Remaining budget for shorter steps at transitions: each step without a transition adds one, and
-    /// each shortened step takes [`REFINEMENT`].
+    /// each shortened step takes [`REFINEMENT`], or [`STOP`] if it ends before a stop.
     pub(super) refinements: usize,
 }
 
@@ -150,14 +150,16 @@ impl Simulation<'_> {
         if frozen.iter().all(|f| *f) {
             return Ok(StepResult { time_step, state, anchors, frozen });
         }
-        let mut yields = model.project(time, &mut state, &targets, &anchors, &frozen)?;
+        let locks = (&anchors[..], &frozen[..]);
+        let mut yields = model.project_yielding(time, &mut state, &targets, locks)?;
         // Interfaces that stick at the end of the step must have zero velocity at the new
         // configuration as well.
         let all: Vec<usize> = (0..time_step.modes.len())
             .filter(|&c| time_step.modes[c] == InterfaceMode::Sticks)
             .collect();
         let (_, frozen) = self.holds_of(&all);
-        yields |= model.project(time, &mut state, &targets, &anchors, &frozen)?;
+        let locks = (&anchors[..], &frozen[..]);
+        yields |= model.project_yielding(time, &mut state, &targets, locks)?;
         // Locks that have yielded hold at the positions where the loops close.
         let anchors = if yields { Vec::new() } else { anchors };
         if !state.coordinates.iter().chain(&state.rates).all(|x| x.is_finite()) {

@@ -97,6 +97,7 @@ impl Simulation<'_> {
             self.start_near_present_loads();
         }
         let mut instant = self.workspace.instant(model);
+        self.choose_load_iteration();
         let Scratch { situation, solved, loads, .. } = &mut *self.workspace;
         situation.time = time;
         situation.input.clone_from(&self.input);

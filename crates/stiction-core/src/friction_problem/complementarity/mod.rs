@@ -59,9 +59,12 @@ const STEPS: StepPolicy =
 
 /// Multiple of the friction coefficients at the start of the continuation in which everything sticks.
 const STUCK: f64 = 1e9;
-/// Factor of a first step of this continuation, and the factor of a step that is too small.
+/// Factor between successive multiples in this continuation if all steps succeed.
 const DECREASE: f64 = 0.25;
+/// Factor nearest to one before the continuation counts as failed.
 const SMALLEST_DECREASE: f64 = 0.99;
+/// Largest number of steps of this continuation, failed ones included.
+const DECREASES: usize = 60;
 
 /// Solution of the complementarity problem.
 #[derive(Clone, Debug)]
@@ -150,6 +153,10 @@ impl Complementarity<'_> {
     /// friction (jamming), the friction that stops the motion may lie on this other branch. Returns
     /// `None` if the continuation fails.
     fn follow_stick(&self) -> Option<Vec<f64>> {
+        // With other laws, interfaces do not stick at any multiple.
+        if !self.members.iter().all(|member| matches!(member.law, MemberLaw::Dry(_))) {
+            return None;
+        }
         let x = vec![0.0; self.count()];
         let mut branch = FrictionBranch { problem: self, trial: x.clone(), x };
         let (mut part, mut factor) = (STUCK, DECREASE);
@@ -157,19 +164,22 @@ impl Complementarity<'_> {
             return None;
         }
         branch.accept();
-        while part > 1.0 {
+        for _ in 0..DECREASES {
             let next = f64::max(part * factor, 1.0);
             if branch.correct(next) {
                 branch.accept();
-                part = next;
+                if next == 1.0 {
+                    return Some(branch.x);
+                }
+                (part, factor) = (next, (factor * factor).max(DECREASE));
             } else {
                 factor = factor.sqrt();
                 if factor > SMALLEST_DECREASE {
-                    return None;
+                    break;
                 }
             }
         }
-        Some(branch.x)
+        None
     }
 
     fn complete(&self, amounts: Vec<f64>) -> Solution {
@@ -184,7 +194,7 @@ impl Complementarity<'_> {
 }
 
 /// Solution branch of the complementarity problem. Its parameter is the multiplier of all friction
-/// coefficients, from 0 (no friction) to 1 (full friction).
+/// coefficients; at 1 friction is full.
 struct FrictionBranch<'a> {
     problem: &'a Complementarity<'a>,
     x: Vec<f64>,
