@@ -69,6 +69,10 @@ pub(super) struct TimeStep {
     pub(super) free_rate: f64,
     /// Work done and energy dissipated in the step, J.
     pub(super) work: Energies,
+    /// Energy lost to the reactions that the friction of each interface causes, J. The velocities
+    /// before the step satisfy the constraints at its start, not in its middle. The difference is
+    /// small, but in a jump near a singular position reactions are so large that it counts.
+    pub(super) reaction_work: Vec<f64>,
     pub(super) redundant: usize,
     pub(super) open_drives: usize,
     pub(super) mobility: usize,
@@ -299,9 +303,7 @@ impl Forward {
         state.accelerations.clone_from(&response.accelerations);
         let mut bodies = data.bodies.clone();
         bodies.move_with(topology, &mean);
-        // The velocities before the step satisfy the constraints at its start, not in its middle. In a
-        // jump near a singular position, reactions are so large that their power at this small
-        // difference counts. It is part of the power of the frictions that cause the reactions.
+        let mut reaction_work = vec![0.0; count];
         let of = (&**topology, parameters);
         let gaps: Vec<f64> = (0..topology.closures())
             .map(|row| balance.rows.product(of, &data.bodies, row, &mean))
@@ -321,8 +323,8 @@ impl Forward {
             for (place, i) in member.places.clone().enumerate() {
                 velocities[interface][place] = found.rates[i];
                 frictions[interface][place] = found.amounts[i];
+                reaction_work[interface] -= step * found.amounts[i] * by_reactions(i);
                 let rate = self.surface_rate(&data.bodies, &mean, interface, place);
-                let rate = rate - by_reactions(i);
                 work.interfaces[interface] += step * found.amounts[i] * rate;
             }
             if let (MemberLaw::Smooth(_), Some(own)) = (&member.law, content.law.bristles) {
@@ -372,6 +374,7 @@ impl Forward {
             masses: data.masses.clone(),
             free_rate,
             work,
+            reaction_work,
         }
     }
 }

@@ -29,7 +29,9 @@ impl Energies {
     /// Distributes the dissipated energy of a velocity jump, if it is positive, such that no interface
     /// supplies energy. In a jump only the sum is determined: frictions that stress the mechanism against itself do no work
     /// together, but may seem to do much work one by one.
-    pub(super) fn share_dissipation(&mut self) {
+    /// `more` is the energy lost to the reactions that the friction of each interface causes, J.
+    pub(super) fn share_dissipation(&mut self, more: &[f64]) {
+        self.interfaces.iter_mut().zip(more).for_each(|(lost, more)| *lost += more);
         let sum: f64 = self.interfaces.iter().sum();
         let positive: f64 = self.interfaces.iter().map(|lost| lost.max(0.0)).sum();
         if sum > 0.0 && sum < positive {
