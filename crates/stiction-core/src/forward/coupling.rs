@@ -171,34 +171,8 @@ impl Coupling {
             self.units == self.influencing.0 && self.interfaces == self.influencing.1;
     }
 
-    /// Computes the response without friction that depends on normal loads, and the unknowns of the
-    /// problem, unless they are already up to date.
-    fn need_base(
-        &mut self,
-        (model, data): (&Forward, &Data),
-        frictions: &[AffineFriction],
-        balance: &Balance,
-        sticking: &[StickingDof],
-        workspace: &mut Workspace,
-    ) {
-        if std::mem::replace(&mut self.has_base, true) {
-            return;
-        }
-        let Self { constant, base, problem, units, interfaces, .. } = self;
-        balance.respond_into(model, data, constant, true, workspace, base);
-        let (rows, bodies) = (&balance.rows.rows[..], &data.bodies);
-        let load_side = LoadSide { model, bodies, sticking, rows };
-        problem.clear();
-        for (&interface, unit) in interfaces.iter().zip(&*units) {
-            let mut own = base.wrenches[unit.0] - load_side.held(interface, &base.multipliers);
-            for other in load_side.behind(interface) {
-                own -= friction_wrench((model, data), other, frictions[other].constant).1;
-            }
-            problem.add(interface, frictions[interface].own, own);
-        }
-    }
-
-    /// Computes the influence of the normal loads on each other unless it is already up to date.
+    /// Computes the unknowns of the problem and the influence of the normal loads on each other, unless
+    /// they are already up to date.
     pub(super) fn need_influence(
         &mut self,
         (model, data): (&Forward, &Data),
@@ -207,17 +181,26 @@ impl Coupling {
         sticking: &[StickingDof],
         workspace: &mut Workspace,
     ) {
-        self.need_base((model, data), frictions, balance, sticking, workspace);
-        if std::mem::replace(&mut self.has_influence, true) {
-            return;
-        }
-        self.bound = None;
-        let Self { problem, units, interfaces, one, .. } = self;
+        let Self { constant, base, problem, units, interfaces, one, .. } = self;
         let (rows, bodies) = (&balance.rows.rows[..], &data.bodies);
         let load_side = LoadSide { model, bodies, sticking, rows };
-        let mut responses =
-            Responses { model, data, balance, units, interfaces, load_side, one, workspace };
-        problem.set_influence(&mut responses);
+        if !std::mem::replace(&mut self.has_base, true) {
+            balance.respond_into(model, data, constant, true, workspace, base);
+            problem.clear();
+            for (&interface, unit) in interfaces.iter().zip(&*units) {
+                let mut own = base.wrenches[unit.0] - load_side.held(interface, &base.multipliers);
+                for other in load_side.behind(interface) {
+                    own -= friction_wrench((model, data), other, frictions[other].constant).1;
+                }
+                problem.add(interface, frictions[interface].own, own);
+            }
+        }
+        if !std::mem::replace(&mut self.has_influence, true) {
+            self.bound = None;
+            let mut responses =
+                Responses { model, data, balance, units, interfaces, load_side, one, workspace };
+            problem.set_influence(&mut responses);
+        }
     }
 
     /// Solves for the normal loads by fixed-point iteration, starting from the normal loads

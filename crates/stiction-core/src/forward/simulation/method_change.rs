@@ -105,5 +105,7 @@ pub(super) fn is_without_acceleration(error: &ForwardError) -> bool {
             // Near a singular configuration, the loops may require a change of the rates that
             // exceeds round-off.
             | ForwardError::Impact { by_loop: true, .. }
-    ) || matches!(error, ForwardError::Open { gap, .. } if *gap < YIELDS)
+    )
+    // Locks of sticking joints yield to the loops in time steps only.
+    || matches!(error, ForwardError::Open { gap, .. } if *gap < YIELDS)
 }

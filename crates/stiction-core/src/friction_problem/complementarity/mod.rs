@@ -59,12 +59,10 @@ const STEPS: StepPolicy =
 
 /// Multiple of the friction coefficients at the start of the continuation in which everything sticks.
 const STUCK: f64 = 1e9;
-/// Factor between successive multiples in this continuation if all steps succeed.
-const DECREASE: f64 = 0.25;
-/// Factor nearest to one before the continuation counts as failed.
-const SMALLEST_DECREASE: f64 = 0.99;
-/// Largest number of steps of this continuation, failed ones included.
-const DECREASES: usize = 60;
+/// Step sizes of this continuation, as fractions of the logarithm of [`STUCK`]: by factors of four,
+/// until a step fails; steps by one percent or less count as failed.
+const DECREASES: StepPolicy =
+    StepPolicy { first: 1.0 / 15.0, growth: 1.0, longest: f64::INFINITY, shortest: 5e-4, most: 60 };
 
 /// Solution of the complementarity problem.
 #[derive(Clone, Debug)]
@@ -143,8 +141,7 @@ impl Complementarity<'_> {
     /// Computes the solution by continuation from zero to full friction. Returns `None` if the
     /// continuation fails.
     fn follow_friction(&self) -> Option<Vec<f64>> {
-        let x = vec![0.0; self.count()];
-        let mut branch = FrictionBranch { problem: self, trial: x.clone(), x };
+        let mut branch = self.branch(|part| part);
         continuation::follow(&mut branch, STEPS, 1.0).ok().map(|_| branch.x)
     }
 
@@ -157,29 +154,19 @@ impl Complementarity<'_> {
         if !self.members.iter().all(|member| matches!(member.law, MemberLaw::Dry(_))) {
             return None;
         }
-        let x = vec![0.0; self.count()];
-        let mut branch = FrictionBranch { problem: self, trial: x.clone(), x };
-        let (mut part, mut factor) = (STUCK, DECREASE);
-        if !branch.correct(part) {
+        let mut branch = self.branch(|part| STUCK.powf(1.0 - part));
+        if !branch.correct(0.0) {
             return None;
         }
         branch.accept();
-        for _ in 0..DECREASES {
-            let next = f64::max(part * factor, 1.0);
-            if branch.correct(next) {
-                branch.accept();
-                if next == 1.0 {
-                    return Some(branch.x);
-                }
-                (part, factor) = (next, (factor * factor).max(DECREASE));
-            } else {
-                factor = factor.sqrt();
-                if factor > SMALLEST_DECREASE {
-                    break;
-                }
-            }
-        }
-        None
+        continuation::follow(&mut branch, DECREASES, 1.0).ok().map(|_| branch.x)
+    }
+
+    /// Returns a branch with `multiple(part)` times the friction coefficients. Its first correction
+    /// starts from zero frictions.
+    fn branch(&self, multiple: fn(f64) -> f64) -> FrictionBranch<'_> {
+        let x = vec![0.0; self.count()];
+        FrictionBranch { problem: self, multiple, trial: x.clone(), x }
     }
 
     fn complete(&self, amounts: Vec<f64>) -> Solution {
@@ -193,17 +180,20 @@ impl Complementarity<'_> {
     }
 }
 
-/// Solution branch of the complementarity problem. Its parameter is the multiplier of all friction
-/// coefficients; at 1 friction is full.
+/// Solution branch of the complementarity problem.
 struct FrictionBranch<'a> {
     problem: &'a Complementarity<'a>,
+    /// Multiplier of all friction coefficients as a function of the parameter of the branch; at 1
+    /// friction is full.
+    multiple: fn(f64) -> f64,
     x: Vec<f64>,
     trial: Vec<f64>,
 }
 
 impl Branch for FrictionBranch<'_> {
     fn correct(&mut self, part: f64) -> bool {
-        let Self { problem, x, trial } = self;
+        let part = (self.multiple)(part);
+        let Self { problem, x, trial, .. } = self;
         trial.clone_from(x);
         let mut found = problem.newton(trial, part);
         if !found {
