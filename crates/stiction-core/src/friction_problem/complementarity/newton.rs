@@ -6,7 +6,7 @@ use crate::linalg::RowSpace;
 
 /// Once the residual no longer decreases, a solution with a relative residual up to this value is
 /// accepted, because only round-off remains.
-const STAGNATED: f64 = 1e-9;
+pub(super) const STAGNATED: f64 = 1e-9;
 /// Largest number of Newton steps.
 const STEPS: usize = 40;
 /// Largest number of step lengths tried in one line search: the full Newton step and its successive
