@@ -100,6 +100,13 @@ impl Complementarity<'_> {
         Some(self.complete(x))
     }
 
+    /// Solves the problem by continuation from friction with which everything sticks, see [`path`]. If
+    /// static friction is indeterminate, that friction is the least one, so that this solution contains no
+    /// large self-stress as others may. Returns `None` if the continuation fails.
+    pub(crate) fn solve_from_stick(&self) -> Option<Solution> {
+        self.follow_path().map(|x| self.complete(x))
+    }
+
     /// Returns the index of the interface that violates its friction law most after a run of the
     /// projected Gauss-Seidel method from the values `start` of the unknowns.
     pub(crate) fn worst(&self, start: &[f64]) -> Option<usize> {

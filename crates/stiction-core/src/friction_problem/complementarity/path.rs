@@ -13,7 +13,7 @@
 //! direction follows from the determinant of the extended system, whose sign changes neither at
 //! turning points nor between pieces.
 //!
-//! At the end, the creep is removed.
+//! At the end, the creep is removed if the residual rates exceed their tolerance.
 
 use super::laws::MemberLaw;
 use super::newton::STAGNATED;
@@ -76,11 +76,12 @@ impl Complementarity<'_> {
             creeping.compliance[i * n + i] -= CREEP * most * uneven;
         }
         let reached = Path::start(&creeping, CREEP * most)?.end()?;
-        let mut exact = reached.clone();
-        if self.newton(&mut exact, 1.0) {
-            return Some(exact);
+        if self.residual(&reached, 1.0, None).relative() <= STAGNATED {
+            // Without creep, nearly indeterminate frictions would become large.
+            return Some(reached);
         }
-        (self.residual(&reached, 1.0, None).relative() <= STAGNATED).then_some(reached)
+        let mut exact = reached;
+        self.newton(&mut exact, 1.0).then_some(exact)
     }
 }
 
