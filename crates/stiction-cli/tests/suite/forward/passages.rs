@@ -135,16 +135,9 @@ fn a_motion_that_jams_at_its_start_goes_on() {
 /// A jam stops the mechanism twice at instants without accelerations. At rest, frictions within all limits hold it. The
 /// first time, the least-norm frictions exceed a limit; the second time, they leave normal loads that are much larger than
 /// necessary.
-#[test]
-fn a_jammed_mechanism_at_rest_is_event_driven() {
-    let folder = Folder::new("forward-jam-at-rest");
-    let before = folder.stiction(&["models", "3rps"]);
-    let laws = [
-        r#"mu = 0.2921877544138823, mu_static = 0.3727646923126022, viscous = "0.02 N s/m", radius = "12.5 mm""#,
-        "mu = 0.1657264513408693, mu_static = 0.21798093975881616",
-        r#"mu = 0.1006509711286229, radius = "25 mm""#,
-    ];
-    let mut text = before.succeeds().to_owned();
+/// Writes `robot.toml`: the robot `3rps` with other friction laws of R, P and S.
+fn write_3rps(folder: &Folder, laws: [&str; 3]) {
+    let mut text = folder.stiction(&["models", "3rps"]).succeeds().to_owned();
     let common = r#"mu = 0.12, viscous = "0.02 N s/m""#;
     for (old, law) in [", radius = \"12.5 mm\"", "", ", radius = \"25 mm\""].iter().zip(laws) {
         let old = format!("{{ {common}{old} }}");
@@ -152,6 +145,44 @@ fn a_jammed_mechanism_at_rest_is_event_driven() {
         text = text.replace(&old, &format!("{{ {law} }}"));
     }
     folder.write("robot.toml", &text);
+}
+
+#[test]
+fn a_jam_close_to_a_singular_position_closes_its_energy_balance() {
+    let folder = Folder::new("forward-jam-energy");
+    let laws = [
+        r#"mu = 0.2573599358469207, viscous = "0.02 N s/m", radius = "12.5 mm""#,
+        r#"mu = 0.2744473505190332, viscous = "0.02 N s/m""#,
+        r#"mu = 0.2276577803997749, mu_static = 0.24181452514243226, stribeck_velocity = "0.022728809853568004 m/s", radius = "25 mm""#,
+    ];
+    write_3rps(&folder, laws);
+    folder.write(
+        "load.toml",
+        "[platform]\nforce = [\"-20.796 N\", \"7.2 N*sin(4.141*t)\", \"-4.277 N\"]\n",
+    );
+    let from = "leg1.P = 0.6427058610342992 m + -0.22202878134935572 m/s*t; \
+                leg2.P = 0.6583224906083829 m + 0.07123850110353959 m/s*t; \
+                leg3.P = 0.6583224906083827 m + 0.18559305896224934 m/s*t";
+    let run = ["forward", "robot.toml", "--from", from, "--drives", "none", "--load", "load.toml"];
+    folder
+        .stiction(&[&run[..], &["--friction", "on", "--until", "1.3", "-o", "."]].concat())
+        .succeeds();
+    let summary = json(&folder.read("summary.json"));
+    assert!(summary["events"]["jump"].as_u64() > Some(0), "{}", summary["events"]);
+    // Frictions of 1e17 N that stress the mechanism against itself would leave errors of 1e-2 by their
+    // round-off; the impulses of the jump correspond to 1e9 N.
+    assert!(summary["energy"]["error_relative"].as_f64().unwrap() < 1e-4, "{}", summary["energy"]);
+}
+
+#[test]
+fn a_jammed_mechanism_at_rest_is_event_driven() {
+    let folder = Folder::new("forward-jam-at-rest");
+    let laws = [
+        r#"mu = 0.2921877544138823, mu_static = 0.3727646923126022, viscous = "0.02 N s/m", radius = "12.5 mm""#,
+        "mu = 0.1657264513408693, mu_static = 0.21798093975881616",
+        r#"mu = 0.1006509711286229, radius = "25 mm""#,
+    ];
+    write_3rps(&folder, laws);
     folder.write(
         "load.toml",
         "[platform]\nforce = [\"-10.8 N\", \"33.559 N*sin(18.128*t)\", \"17.35 N\"]\n",
