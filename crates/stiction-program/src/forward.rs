@@ -20,7 +20,7 @@ use crate::memory::Memory;
 use crate::recording::{Counts, RecordingSource};
 use crate::run::MOST_LANES;
 use crate::samples::{Sample, samples, seeded_samples};
-use crate::stages::{coupled, early};
+use crate::stages::early;
 use stiction_core::dynamics::{AppliedLoad, InverseDynamics, Weighting};
 use stiction_core::kinematics::{State, Target};
 
@@ -191,14 +191,16 @@ impl ForwardProgram {
         let samples: Vec<Vec<f64>> =
             samples(solver, signal, loads)?.iter().map(Sample::of_tree).collect();
         let pivots = source.mass_pivots(&samples).ok_or(RecordError::NoInertia)?;
+        let replacements = source.replacements(&samples);
         // A first recording with all interfaces determines the interfaces whose friction changes a
         // normal load.
         let all: Vec<usize> = (0..counts.interfaces).collect();
-        let first = source.record_forward(&all, &pivots, &samples);
-        let coupled = coupled(&first.graph, &first.influence, counts.interfaces);
-        let recorded = match coupled.len() == all.len() {
+        let first = source.record_forward(&all, &pivots, &replacements, &samples);
+        let couples = |interface: &usize| first.couples[*interface];
+        let coupled: Vec<usize> = all.into_iter().filter(couples).collect();
+        let recorded = match coupled.len() == counts.interfaces {
             true => first,
-            false => source.record_forward(&coupled, &pivots, &samples),
+            false => source.record_forward(&coupled, &pivots, &replacements, &samples),
         };
         let places = loads.iter().map(place_of).collect();
         let program = Self::compile(source.counts(coupled.len()), &recorded, places, machine)?;

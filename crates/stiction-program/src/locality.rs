@@ -1,0 +1,163 @@
+//! Sparse coupling of friction with joint wrenches at given actuator efforts.
+//!
+//! At fixed accelerations, the actuators compensate for any friction. The friction in one leg of a
+//! parallel robot therefore changes the wrenches in all legs, although at given efforts it would
+//! only change those in its own leg. With efforts `t = h + M a + C f`, the difference
+//! `t - h - M a - C f` is zero, so that any multiple of it may be added to a component
+//! `w + W a + R f` of a joint wrench:
+//!
+//! ```text
+//! (w + r (t - h)) + (W - r M) a + (R - r C) f
+//! ```
+//!
+//! This module finds the actuator and the ratio `r = R_j / C_j` for which most of the row `R - r C`
+//! vanishes.
+
+use crate::graph::{Graph, Node, Op};
+use crate::motions::run;
+use crate::recording::RecordingSource;
+use crate::wrench::{components, local};
+use stiction_core::dynamics::{Response, Sharing};
+use stiction_core::friction::InterfaceShape;
+use stiction_core::kinematics::Bodies;
+use stiction_core::parameters::{InterfaceParameters, Parameters};
+use stiction_core::scalar::Scalar;
+use stiction_core::spatial::{Mat3, Pose, Wrench};
+
+/// Number of samples at which the same entries must vanish.
+const SAMPLES: usize = 3;
+/// Largest entry, relative to the largest entry of its row before, that counts as zero.
+const ZERO: f64 = 1e-9;
+
+/// Actuator whose effort replaces the influence of distant friction on a component of a wrench, and
+/// the interface whose friction defines the ratio.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Replacement {
+    pub(crate) drive: usize,
+    pub(crate) interface: usize,
+}
+
+/// For each interface, the replacements in the six components of its joint's wrench.
+pub(crate) type Replacements = Vec<[Option<Replacement>; 6]>;
+
+/// Frame in which the wrench of an interface's joint is expressed.
+pub(crate) fn frame<T: Scalar>(interface: &InterfaceParameters<T>, bodies: &Bodies<T>) -> Pose<T> {
+    let j = bodies.frame_j[interface.joint];
+    match interface.shape {
+        // The normal load of a ball does not depend on the axes.
+        InterfaceShape::Ball => Pose { rotation: Mat3::identity(), ..j },
+        _ => j,
+    }
+}
+
+/// Changes of the wrench of each interface's joint (rows) per newton of friction of each interface
+/// (columns) at fixed accelerations.
+pub(crate) fn at_fixed_accelerations<T: Scalar>(
+    parameters: &Parameters<T>,
+    bodies: &Bodies<T>,
+    responses: &[Response<T>],
+) -> Vec<Vec<Wrench<T>>> {
+    let row = |interface: &InterfaceParameters<T>| {
+        let frame = frame(interface, bodies);
+        let entry = |response: &Response<T>| local(&frame, response.wrenches[interface.joint]);
+        responses.iter().map(entry).collect()
+    };
+    parameters.interfaces.iter().map(row).collect()
+}
+
+/// Rows of one sample: for each interface and component of its wrench, the changes per newton of
+/// friction; for each actuator, the changes of its effort.
+struct Rows {
+    wrenches: Vec<[Vec<f64>; 6]>,
+    efforts: Vec<Vec<f64>>,
+}
+
+impl RecordingSource<'_> {
+    /// Finds the replacements that make most entries vanish at all samples.
+    pub(crate) fn replacements(&self, samples: &[Vec<f64>]) -> Replacements {
+        let rows: Vec<Rows> =
+            samples.iter().take(SAMPLES).map(|sample| self.friction_rows(sample)).collect();
+        let interfaces = self.counts(0).interfaces;
+        let of = |interface: usize, component: usize| {
+            let rows = rows.iter().map(|r| (&*r.wrenches[interface][component], &r.efforts));
+            best(&rows.collect::<Vec<_>>())
+        };
+        (0..interfaces).map(|interface| core::array::from_fn(|k| of(interface, k))).collect()
+    }
+
+    fn friction_rows(&self, sample: &[f64]) -> Rows {
+        let (state, targets, loads) = self.unpacked(sample);
+        let (model, parameters) = (self.model, self.solver.parameters());
+        let like = self.solver.state();
+        let ran = run(model, parameters, like, &state.coordinates, (&targets, &loads), 0);
+        let bodies = &ran.kinematics.bodies;
+        let responses = Sharing::new(model).responses(model, parameters, bodies, &ran.inverse);
+        let wrenches = at_fixed_accelerations(parameters, bodies, &responses);
+        let row = |wrenches: &Vec<Wrench<f64>>| {
+            core::array::from_fn(|k| wrenches.iter().map(|w| components(*w)[k]).collect())
+        };
+        let effort = |drive: usize| responses.iter().map(|r| r.efforts[drive]).collect();
+        Rows {
+            wrenches: wrenches.iter().map(row).collect(),
+            efforts: (0..self.counts(0).drives).map(effort).collect(),
+        }
+    }
+}
+
+/// Replacement that makes most entries of a row vanish, in all samples of the row and of the rows
+/// of the efforts. `None` if most entries remain.
+fn best(samples: &[(&[f64], &Vec<Vec<f64>>)]) -> Option<Replacement> {
+    let (row, efforts) = samples.first()?;
+    let bounds: Vec<f64> = samples
+        .iter()
+        .map(|(row, _)| ZERO * row.iter().fold(0.0_f64, |max, x| max.max(x.abs())))
+        .collect();
+    let is_entry = |column: usize| {
+        samples.iter().zip(&bounds).any(|((row, _), bound)| row[column].abs() > *bound)
+    };
+    let entries: Vec<usize> = (0..row.len()).filter(|column| is_entry(*column)).collect();
+    let left = |to: &Replacement| {
+        let stays = |column: &usize| {
+            samples.iter().zip(&bounds).any(|((row, efforts), bound)| {
+                let effort = &efforts[to.drive];
+                let ratio = row[to.interface] / effort[to.interface];
+                let left = row[*column] - ratio * effort[*column];
+                // A ratio that is not finite leaves NaN.
+                !(left.abs() <= *bound)
+            })
+        };
+        (0..row.len()).filter(stays).count()
+    };
+    let all = (0..efforts.len())
+        .flat_map(|drive| entries.iter().map(move |&interface| Replacement { drive, interface }));
+    let best = all.map(|to| (left(&to), to)).min_by_key(|(left, _)| *left)?;
+    (2 * best.0 < entries.len()).then_some(best.1)
+}
+
+/// Removes those replacements whose ratio is not a value that occurs elsewhere in the merged graph,
+/// but a division by an effort, which may vanish. `ratios` lists the ratio and the divisor of each
+/// replacement. Returns `None` if no replacement is removed.
+pub(crate) fn without_divisions(
+    replacements: &Replacements,
+    merged: &Graph,
+    ratios: &[Node],
+) -> Option<Replacements> {
+    let unsigned = |node: Node| match merged.ops()[node as usize] {
+        Op::Neg(node) => node,
+        _ => node,
+    };
+    let divides = |node: Node, divisor: Node| matches!(merged.ops()[node as usize], Op::Div(_, by) if unsigned(by) == unsigned(divisor));
+    let mut ratios = ratios.chunks(2);
+    let mut is_removed = false;
+    let mut left = replacements.clone();
+    for replacement in left.iter_mut().flatten().filter(|replacement| replacement.is_some()) {
+        let Some([ratio, divisor]) = ratios.next() else { break };
+        let ratio = unsigned(*ratio);
+        let mut operands = merged.ops()[ratio as usize].operands();
+        if divides(ratio, *divisor) || operands.any(|node| divides(node, *divisor)) {
+            *replacement = None;
+            is_removed = true;
+        }
+    }
+    is_removed.then_some(left)
+}
