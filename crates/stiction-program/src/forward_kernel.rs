@@ -3,8 +3,8 @@
 
 use crate::forward_stages::SOLUTIONS;
 use crate::loads::Loads;
-use crate::locality::{Replacement, Replacements, at_fixed_accelerations, frame};
-use crate::motions::{Inertial, run};
+use crate::locality::{Replacement, WrenchForm, at_fixed_accelerations, frame};
+use crate::motions::{Inertial, UnitAccelerations, run};
 use crate::recorded::Recorded;
 use crate::recording::{Counts, RecordingSource};
 use crate::small_lu::largest_pivots;
@@ -21,12 +21,10 @@ use stiction_core::spatial::{Vec3, Wrench};
 struct KernelResponses {
     parameters: Parameters<Recorded>,
     base: Data<Recorded>,
-    units: Vec<Inertial<Recorded>>,
+    units: UnitAccelerations<Recorded>,
     responses: Vec<Response<Recorded>>,
     efforts: Vec<Recorded>,
-    targets: Vec<Target<Recorded>>,
     loads: Vec<AppliedLoad<Recorded>>,
-    coordinates: Vec<Recorded>,
 }
 
 impl KernelResponses {
@@ -36,15 +34,23 @@ impl KernelResponses {
     fn loads<'a>(
         &'a self,
         coupled: &'a [usize],
-        replacements: &Replacements,
+        form: &WrenchForm,
         left: &[Recorded],
     ) -> (Loads<'a>, Vec<Recorded>) {
         let Self { parameters, base, units, responses, .. } = self;
         let (bodies, states) = (&base.kinematics.bodies, base.inverse.interfaces());
         let of_frictions = at_fixed_accelerations(parameters, bodies, responses);
-        let mut loads = Loads { parameters, bodies, states, coupled, rows: Vec::new() };
+        let mut loads = Loads {
+            parameters,
+            bodies,
+            states,
+            coupled,
+            units,
+            by_tree: form.by_tree,
+            rows: Vec::new(),
+        };
         let mut ratios = Vec::new();
-        let rows = parameters.interfaces.iter().zip(&of_frictions).zip(replacements);
+        let rows = parameters.interfaces.iter().zip(&of_frictions).zip(&form.replacements);
         for ((interface, of_frictions), replacements) in rows {
             let (frame, joint) = (frame(interface, bodies), interface.joint);
             let mut multiples = Vec::new();
@@ -68,10 +74,10 @@ impl KernelResponses {
             let of_friction =
                 |interface: &usize| rest(of_frictions[*interface], &responses[*interface].efforts);
             let by_friction: Vec<Wrench<Recorded>> = coupled.iter().map(of_friction).collect();
-            let by_acceleration =
-                units.iter().map(|unit| rest(local(&frame, unit.wrenches[joint]), &unit.drives));
-            let by_acceleration = by_acceleration.collect();
-            loads.push(ideal, &by_friction, by_acceleration);
+            let of_acceleration =
+                |unit: &Inertial<Recorded>| rest(local(&frame, unit.wrenches[joint]), &unit.drives);
+            let of_tree: Vec<Wrench<Recorded>> = units.forces.iter().map(of_acceleration).collect();
+            loads.push(ideal, &by_friction, &of_tree);
         }
         (loads, ratios)
     }
@@ -91,8 +97,8 @@ impl RecordingSource<'_> {
             .map(|t| Target { value: t[0], rate: t[1], acceleration: t[2] })
             .collect();
         let parameters = self.solver.parameters();
-        let units = Inertial::all(self.model, parameters, like, coordinates, &targets);
-        largest_pivots(rows_by_units(&units, counts.drives))
+        let units = UnitAccelerations::new(self.model, parameters, like, coordinates, &targets);
+        largest_pivots(units.masses(counts.drives))
     }
 
     fn kernel_responses(
@@ -127,8 +133,8 @@ impl RecordingSource<'_> {
         let model = self.model;
         let bodies = &base.kinematics.bodies;
         let responses = Sharing::new(model).responses(model, &parameters, bodies, &base.inverse);
-        let units = Inertial::all(self.model, &parameters, like, &coordinates, &targets);
-        KernelResponses { parameters, base, units, responses, efforts, targets, loads, coordinates }
+        let units = UnitAccelerations::new(self.model, &parameters, like, &coordinates, &targets);
+        KernelResponses { parameters, base, units, responses, efforts, loads }
     }
 
     /// Evaluates, with recorded scalars: the matrix of efforts per unit acceleration; the
@@ -142,7 +148,7 @@ impl RecordingSource<'_> {
         &self,
         counts: &Counts,
         coupled: &[usize],
-        replacements: &Replacements,
+        form: &WrenchForm,
         inputs: &[Recorded],
     ) -> [Vec<Recorded>; 10] {
         let mut inputs = inputs.iter().copied();
@@ -156,10 +162,10 @@ impl RecordingSource<'_> {
         let KernelResponses { base, units, responses, efforts, .. } = &kernel;
         let states = base.inverse.interfaces();
 
-        let masses = rows_by_units(units, counts.drives).concat();
+        let masses = units.masses(counts.drives).concat();
         let left: Vec<Recorded> =
             efforts.iter().zip(base.inverse.efforts()).map(|(effort, h)| *effort - *h).collect();
-        let (loads, ratios) = kernel.loads(coupled, replacements, &left);
+        let (loads, ratios) = kernel.loads(coupled, form, &left);
         // Efforts without the friction forces that depend on normal loads, and their changes per
         // unit normal load.
         let mut unloaded = left.clone();
@@ -184,6 +190,8 @@ impl RecordingSource<'_> {
         };
         let values =
             |loads: &[Load<Recorded>]| -> Vec<Recorded> { loads.iter().map(|l| l.value).collect() };
+        let [free_of_tree, of_start, of_estimates, of_later] =
+            [&free, &of_start, &of_estimates, &of_later].map(|set| loads.accelerations(set));
         let found = loads.all_under(&estimates, &of_estimates);
         let found_later = loads.all_under(&estimates_later, &of_later);
         let all_loads = loads.of_all(&estimates_later, &of_later);
@@ -208,7 +216,7 @@ impl RecordingSource<'_> {
             rights.concat(),
             per_load,
             ideal,
-            loads.frictionless(&free),
+            loads.frictionless(&free_of_tree),
             values(&loads.all_under(&start, &of_start)),
             loads.slopes(&found).concat(),
             [values(&found), values(&found_later), estimates, estimates_later].concat(),
@@ -225,28 +233,22 @@ impl RecordingSource<'_> {
         accelerations: &[Recorded],
         frictions: Option<&[Recorded]>,
     ) -> Vec<Recorded> {
-        let KernelResponses { parameters, targets, loads, coordinates, .. } = kernel;
-        let moving: Vec<Target<Recorded>> = targets
-            .iter()
-            .zip(accelerations)
-            .map(|(target, acceleration)| Target { acceleration: *acceleration, ..*target })
-            .collect();
-        let like = self.solver.state();
-        let mut ran = run(self.model, parameters, like, coordinates, (&moving, loads), 0);
-        let bodies = &ran.kinematics.bodies;
+        let KernelResponses { parameters, base, units, loads, .. } = kernel;
+        let changes = units.of_tree(accelerations);
+        let due_to_rates = base.state.accelerations.iter();
+        let tree: Vec<Recorded> =
+            due_to_rates.zip(changes).map(|(a, change)| *a + change).collect();
+        let mut data = base.clone();
+        self.model.forces(parameters, &mut data, &tree, loads);
+        let bodies = &data.kinematics.bodies;
         if let Some(frictions) = frictions {
-            ran.inverse.solve_with(self.model, parameters, bodies, frictions);
+            data.inverse.solve_with(self.model, parameters, bodies, frictions);
         }
         let mut results = accelerations.to_vec();
-        results.extend(&ran.state.accelerations);
+        results.extend(tree);
         for joint in 0..self.solver.mechanism().joints().len() {
-            results.extend(reaction(&ran.inverse, bodies, joint));
+            results.extend(reaction(&data.inverse, bodies, joint));
         }
         results
     }
-}
-
-/// Matrix of actuator forces (rows) per unit acceleration of each coordinate (columns).
-fn rows_by_units<T: Scalar>(units: &[Inertial<T>], drives: usize) -> Vec<Vec<T>> {
-    (0..drives).map(|drive| units.iter().map(|unit| unit.drives[drive]).collect()).collect()
 }

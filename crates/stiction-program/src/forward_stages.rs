@@ -16,7 +16,7 @@
 //! Equations (P4) and (P5) of the book's theory.
 
 use crate::graph::{Graph, Node};
-use crate::locality::{Replacements, without_divisions};
+use crate::locality::WrenchForm;
 use crate::recorded::{Recorded, extend_graph, record_groups};
 use crate::recording::RecordingSource;
 use crate::small_lu::{Factors, diagonal};
@@ -63,7 +63,7 @@ impl RecordingSource<'_> {
         &self,
         coupled: &[usize],
         pivots: &[(usize, usize)],
-        replacements: &Replacements,
+        form: &WrenchForm,
         samples: &[Vec<f64>],
     ) -> ForwardStages {
         let counts = self.counts(coupled.len());
@@ -71,7 +71,7 @@ impl RecordingSource<'_> {
         let given = counts.inputs() + counts.drives + 2 * count;
         let replaced = unknowns + count + (SOLUTIONS - 1) * unknowns;
         let (graph, groups) = record_groups(given + replaced, |inputs| {
-            self.follow_forward(&counts, coupled, replacements, inputs)
+            self.follow_forward(&counts, coupled, form, inputs)
         });
         // Efforts, normal loads and accelerations are independent inputs, so random values are
         // suitable.
@@ -98,7 +98,7 @@ impl RecordingSource<'_> {
         let new = |nodes: &[Node]| -> Vec<Node> {
             nodes.iter().map(|node| new_of[*node as usize]).collect()
         };
-        if let Some(fewer) = without_divisions(replacements, &merged, &new(ratios)) {
+        if let Some(fewer) = form.without_divisions(&merged, &new(ratios)) {
             return self.record_forward(coupled, pivots, &fewer, samples);
         }
         let systems = [new(masses), new(rights)].concat();

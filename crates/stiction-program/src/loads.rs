@@ -6,6 +6,7 @@
 //! wrenches. Friction changes the wrenches at fixed accelerations only near its own joint, so most
 //! of these changes are zero. All other changes are due to accelerations.
 
+use crate::motions::UnitAccelerations;
 use crate::recorded::Recorded;
 use stiction_core::dynamics::InterfaceState;
 use stiction_core::friction::Load;
@@ -20,6 +21,11 @@ pub(crate) struct Loads<'a> {
     pub(crate) states: &'a [InterfaceState<Recorded>],
     /// Indices of the coupled interfaces: those whose normal loads are unknowns of the iteration.
     pub(crate) coupled: &'a [usize],
+    /// Changes due to unit accelerations.
+    pub(crate) units: &'a UnitAccelerations<Recorded>,
+    /// `true` if the rows contain changes per unit acceleration of each degree of freedom of the
+    /// tree, `false` for those of each prescribed coordinate.
+    pub(crate) by_tree: bool,
     /// Rows of all interfaces.
     pub(crate) rows: Vec<Row>,
 }
@@ -35,7 +41,8 @@ pub(crate) struct Row {
     unloaded: Wrench<Recorded>,
     /// Change of the wrench per unit normal load of each coupled interface.
     by_load: Vec<Wrench<Recorded>>,
-    /// Change of the wrench per unit acceleration of each prescribed coordinate.
+    /// Change of the wrench per unit acceleration of each degree of freedom of the tree, or of each
+    /// prescribed coordinate.
     by_acceleration: Vec<Wrench<Recorded>>,
 }
 
@@ -46,19 +53,31 @@ fn sum(start: Wrench<Recorded>, of: &[Wrench<Recorded>], amounts: &[Recorded]) -
 
 impl Loads<'_> {
     /// Adds the row of the next interface, with the changes of the wrench per newton of friction of
-    /// each coupled interface and per unit acceleration.
+    /// each coupled interface and per unit acceleration of each degree of freedom of the tree.
     pub(crate) fn push(
         &mut self,
         ideal: Wrench<Recorded>,
         by_friction: &[Wrench<Recorded>],
-        by_acceleration: Vec<Wrench<Recorded>>,
+        of_tree: &[Wrench<Recorded>],
     ) {
+        let by_acceleration = match self.by_tree {
+            true => of_tree.to_vec(),
+            false => {
+                self.units.tree.iter().map(|unit| sum(Wrench::zero(), of_tree, unit)).collect()
+            }
+        };
         let parts = self.coupled.iter().map(|interface| self.states[*interface].resistance());
         let (coefficients, constants): (Vec<Recorded>, Vec<Recorded>) = parts.unzip();
         let by_load = by_friction.iter().zip(coefficients).map(|(change, c)| *change * c);
         let by_load = by_load.collect();
         let unloaded = sum(ideal, by_friction, &constants);
         self.rows.push(Row { ideal, unloaded, by_load, by_acceleration });
+    }
+
+    /// Accelerations on which the rows depend, for given accelerations of the prescribed
+    /// coordinates.
+    pub(crate) fn accelerations(&self, targets: &[Recorded]) -> Vec<Recorded> {
+        if self.by_tree { self.units.of_tree(targets) } else { targets.to_vec() }
     }
 
     /// Friction force of an interface under a normal load.
@@ -77,7 +96,7 @@ impl Loads<'_> {
     }
 
     /// Normal load of one interface under the friction that the normal loads `loads` of the coupled
-    /// interfaces cause.
+    /// interfaces cause, with the [`Self::accelerations`].
     fn under(
         &self,
         interface: usize,
@@ -110,12 +129,18 @@ impl Loads<'_> {
 
     /// Derivatives of the normal loads `found` of the coupled interfaces (rows) with respect to the
     /// normal loads that cause friction, at fixed accelerations, then with respect to the
-    /// accelerations (columns).
+    /// accelerations of the prescribed coordinates (columns).
     pub(crate) fn slopes(&self, found: &[Load<Recorded>]) -> Vec<Vec<Recorded>> {
         let row = |(row, load): (&usize, &Load<Recorded>)| {
             let Row { by_load, by_acceleration, .. } = &self.rows[*row];
-            let changes = by_load.iter().chain(by_acceleration);
-            changes.map(|change| load.gradient.power(*change)).collect()
+            let slopes = |changes: &[Wrench<Recorded>]| -> Vec<Recorded> {
+                changes.iter().map(|change| load.gradient.power(*change)).collect()
+            };
+            let mut by_acceleration = slopes(by_acceleration);
+            if self.by_tree {
+                by_acceleration = self.units.of_targets(&by_acceleration);
+            }
+            [slopes(by_load), by_acceleration].concat()
         };
         self.coupled.iter().zip(found).map(row).collect()
     }

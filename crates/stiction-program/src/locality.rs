@@ -14,7 +14,7 @@
 //! vanishes.
 
 use crate::graph::{Graph, Node, Op};
-use crate::motions::run;
+use crate::motions::{UnitAccelerations, run};
 use crate::recording::RecordingSource;
 use crate::wrench::{components, local};
 use stiction_core::dynamics::{Response, Sharing};
@@ -37,8 +37,15 @@ pub(crate) struct Replacement {
     pub(crate) interface: usize,
 }
 
-/// For each interface, the replacements in the six components of its joint's wrench.
-pub(crate) type Replacements = Vec<[Option<Replacement>; 6]>;
+/// Form of the wrenches at the friction interfaces as functions of friction and accelerations.
+#[derive(Clone, Debug)]
+pub(crate) struct WrenchForm {
+    /// For each interface, the replacements in the six components of its joint's wrench.
+    pub(crate) replacements: Vec<[Option<Replacement>; 6]>,
+    /// `true` if wrenches depend on few accelerations of the tree, and therefore are functions of
+    /// these; `false` if they are functions of the accelerations of the prescribed coordinates.
+    pub(crate) by_tree: bool,
+}
 
 /// Frame in which the wrench of an interface's joint is expressed.
 pub(crate) fn frame<T: Scalar>(interface: &InterfaceParameters<T>, bodies: &Bodies<T>) -> Pose<T> {
@@ -66,23 +73,39 @@ pub(crate) fn at_fixed_accelerations<T: Scalar>(
 }
 
 /// Rows of one sample: for each interface and component of its wrench, the changes per newton of
-/// friction; for each actuator, the changes of its effort.
+/// friction; for each actuator, the changes of its effort. The same for unit accelerations of the
+/// tree.
 struct Rows {
     wrenches: Vec<[Vec<f64>; 6]>,
     efforts: Vec<Vec<f64>>,
+    accelerated: Vec<[Vec<f64>; 6]>,
+    accelerated_efforts: Vec<Vec<f64>>,
 }
 
 impl RecordingSource<'_> {
-    /// Finds the replacements that make most entries vanish at all samples.
-    pub(crate) fn replacements(&self, samples: &[Vec<f64>]) -> Replacements {
+    /// Finds the form in which most entries vanish at all samples.
+    pub(crate) fn wrench_form(&self, samples: &[Vec<f64>]) -> WrenchForm {
         let rows: Vec<Rows> =
             samples.iter().take(SAMPLES).map(|sample| self.friction_rows(sample)).collect();
-        let interfaces = self.counts(0).interfaces;
+        let counts = self.counts(0);
         let of = |interface: usize, component: usize| {
             let rows = rows.iter().map(|r| (&*r.wrenches[interface][component], &r.efforts));
             best(&rows.collect::<Vec<_>>())
         };
-        (0..interfaces).map(|interface| core::array::from_fn(|k| of(interface, k))).collect()
+        let replacements: Vec<[Option<Replacement>; 6]> = (0..counts.interfaces)
+            .map(|interface| core::array::from_fn(|component| of(interface, component)))
+            .collect();
+        let left = |interface: usize, component: usize| {
+            let to = replacements[interface][component];
+            rows.first().map_or(0, |rows| rows.accelerations_left(interface, component, to))
+        };
+        let entries: usize = (0..counts.interfaces)
+            .map(|interface| (0..6).map(|component| left(interface, component)).sum::<usize>())
+            .sum();
+        // The accelerations of the tree must be computed, too.
+        let by_tree =
+            entries + counts.dofs * counts.targets < 6 * counts.interfaces * counts.targets;
+        WrenchForm { replacements, by_tree }
     }
 
     fn friction_rows(&self, sample: &[f64]) -> Rows {
@@ -96,11 +119,52 @@ impl RecordingSource<'_> {
         let row = |wrenches: &Vec<Wrench<f64>>| {
             core::array::from_fn(|k| wrenches.iter().map(|w| components(*w)[k]).collect())
         };
-        let effort = |drive: usize| responses.iter().map(|r| r.efforts[drive]).collect();
+        let units =
+            UnitAccelerations::new(model, parameters, like, &state.coordinates, &targets).forces;
+        let accelerated: Vec<Vec<Wrench<f64>>> = parameters
+            .interfaces
+            .iter()
+            .map(|interface| {
+                let frame = frame(interface, bodies);
+                units.iter().map(|unit| local(&frame, unit.wrenches[interface.joint])).collect()
+            })
+            .collect();
+        let drives = 0..self.counts(0).drives;
         Rows {
             wrenches: wrenches.iter().map(row).collect(),
-            efforts: (0..self.counts(0).drives).map(effort).collect(),
+            efforts: drives
+                .clone()
+                .map(|drive| responses.iter().map(|r| r.efforts[drive]).collect())
+                .collect(),
+            accelerated: accelerated.iter().map(row).collect(),
+            accelerated_efforts: drives
+                .map(|drive| units.iter().map(|unit| unit.drives[drive]).collect())
+                .collect(),
         }
+    }
+}
+
+impl Rows {
+    /// Number of accelerations of the tree on which a component of a wrench depends after the
+    /// replacement `to`.
+    fn accelerations_left(
+        &self,
+        interface: usize,
+        component: usize,
+        to: Option<Replacement>,
+    ) -> usize {
+        let row = &self.accelerated[interface][component];
+        let left: Vec<f64> = match to {
+            None => row.clone(),
+            Some(to) => {
+                let wrenches = &self.wrenches[interface][component];
+                let ratio = wrenches[to.interface] / self.efforts[to.drive][to.interface];
+                let efforts = self.accelerated_efforts[to.drive].iter();
+                row.iter().zip(efforts).map(|(x, effort)| x - ratio * effort).collect()
+            }
+        };
+        let largest = row.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
+        left.iter().filter(|x| x.abs() > ZERO * largest).count()
     }
 }
 
@@ -134,30 +198,31 @@ fn best(samples: &[(&[f64], &Vec<Vec<f64>>)]) -> Option<Replacement> {
     (2 * best.0 < entries.len()).then_some(best.1)
 }
 
-/// Removes those replacements whose ratio is not a value that occurs elsewhere in the merged graph,
-/// but a division by an effort, which may vanish. `ratios` lists the ratio and the divisor of each
-/// replacement. Returns `None` if no replacement is removed.
-pub(crate) fn without_divisions(
-    replacements: &Replacements,
-    merged: &Graph,
-    ratios: &[Node],
-) -> Option<Replacements> {
-    let unsigned = |node: Node| match merged.ops()[node as usize] {
-        Op::Neg(node) => node,
-        _ => node,
-    };
-    let divides = |node: Node, divisor: Node| matches!(merged.ops()[node as usize], Op::Div(_, by) if unsigned(by) == unsigned(divisor));
-    let mut ratios = ratios.chunks(2);
-    let mut is_removed = false;
-    let mut left = replacements.clone();
-    for replacement in left.iter_mut().flatten().filter(|replacement| replacement.is_some()) {
-        let Some([ratio, divisor]) = ratios.next() else { break };
-        let ratio = unsigned(*ratio);
-        let mut operands = merged.ops()[ratio as usize].operands();
-        if divides(ratio, *divisor) || operands.any(|node| divides(node, *divisor)) {
-            *replacement = None;
-            is_removed = true;
+impl WrenchForm {
+    /// Removes those replacements whose ratio is not a value that occurs elsewhere in the merged
+    /// graph, but a division by an effort, which may vanish. `ratios` lists the ratio and the
+    /// divisor of each replacement. Returns `None` if no replacement is removed.
+    pub(crate) fn without_divisions(&self, merged: &Graph, ratios: &[Node]) -> Option<Self> {
+        let unsigned = |node: Node| match merged.ops()[node as usize] {
+            Op::Neg(node) => node,
+            _ => node,
+        };
+        let divides = |node: Node, divisor: Node| {
+            let op = merged.ops()[node as usize];
+            matches!(op, Op::Div(_, by) if unsigned(by) == unsigned(divisor))
+        };
+        let mut ratios = ratios.chunks(2);
+        let mut is_removed = false;
+        let mut left = self.clone();
+        for replacement in left.replacements.iter_mut().flatten().filter(|to| to.is_some()) {
+            let Some([ratio, divisor]) = ratios.next() else { break };
+            let ratio = unsigned(*ratio);
+            let mut operands = merged.ops()[ratio as usize].operands();
+            if divides(ratio, *divisor) || operands.any(|node| divides(node, *divisor)) {
+                *replacement = None;
+                is_removed = true;
+            }
         }
+        is_removed.then_some(left)
     }
-    is_removed.then_some(left)
 }
