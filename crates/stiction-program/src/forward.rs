@@ -18,7 +18,7 @@ use crate::loaded::{LoadPlace, check_loads, place_of};
 use crate::machine::fuses;
 use crate::memory::Memory;
 use crate::recording::{Counts, RecordingSource};
-use crate::run::MOST_LANES;
+use crate::run::{MOST_LANES, Runner};
 use crate::samples::{Sample, samples, seeded_samples};
 use crate::stages::early;
 use stiction_core::dynamics::{AppliedLoad, InverseDynamics, Weighting};
@@ -42,6 +42,14 @@ const ROUNDING: f64 = 1e-15;
 /// If a step changes the normal loads by at most this fraction, further steps change them by
 /// rounding only.
 const STILL: f64 = 1e-14;
+
+/// A chord step reduces the error by a factor of about twice the ratio of the changes in the first
+/// chord step and in the Newton step before. This bound allows for a ratio that happens to be small.
+const CHORD_RATE: f64 = 10.0;
+/// Largest product of the relative changes in a Newton step and in the first chord step after it at
+/// which the loads may count as converged: no chord step has a rate greater than the change in the
+/// Newton step.
+const CHORD_ERROR: f64 = 1e-12;
 
 /// Index of the stage that computes motion and reactions without friction.
 const IDEAL: usize = 0;
@@ -366,40 +374,55 @@ impl ForwardProgram {
     pub fn run(&self, memory: &mut Memory, settled: &mut [bool]) {
         memory.check_flags(settled);
         let runners = self.code.runners(memory.lanes);
-        let Memory { lanes, slots, scratch } = memory;
-        let lanes = *lanes;
+        match memory.lanes {
+            1 => self.run_lanes::<1>(runners, memory, settled),
+            2 => self.run_lanes::<2>(runners, memory, settled),
+            4 => self.run_lanes::<4>(runners, memory, settled),
+            _ => self.run_lanes::<MOST_LANES>(runners, memory, settled),
+        }
+    }
+
+    fn run_lanes<const L: usize>(
+        &self,
+        runners: &[Runner; 5],
+        memory: &mut Memory,
+        settled: &mut [bool],
+    ) {
+        let Memory { slots, scratch, .. } = memory;
         runners[FIRST].run(slots, scratch);
-        self.take(slots, lanes, &self.places.start);
-        settled[..lanes].fill(self.counts.coupled == 0);
+        self.take::<L>(slots, &self.places.start);
+        let mut done = [self.counts.coupled == 0; L];
         // Changes of the last step relative to the largest normal load.
-        let mut changes = [1.0; MOST_LANES];
+        let mut changes = [1.0; L];
         let mut is_slow = false;
         let mut newton_before = None;
         for step in 0..STEPS {
-            if settled[..lanes].iter().all(|settled| *settled) {
+            if done == [true; L] {
                 break;
             }
             let newton = step < NEWTON_STEPS || is_slow || step >= STEPS / 2;
             runners[if newton { NEWTON } else { CHORD }].run(slots, scratch);
             let next = if newton { &self.places.newton } else { &self.places.chord };
             let kind = (newton, newton_before == Some(newton));
-            is_slow = self.compare(slots, lanes, next, kind, &mut changes, settled);
+            is_slow = self.compare(slots, next, kind, &mut changes, &mut done);
             newton_before = Some(newton);
-            self.take(slots, lanes, next);
+            self.take::<L>(slots, next);
         }
         runners[LAST].run(slots, scratch);
-        for (lane, settled) in settled.iter_mut().enumerate().take(lanes) {
-            *settled &= memory.read(self.places.guard, lane) > 0.0;
+        let guard = slots.as_chunks::<L>().0[self.places.guard as usize];
+        for ((settled, done), guard) in settled.iter_mut().zip(done).zip(guard) {
+            *settled = done && guard > 0.0;
         }
     }
 
     /// Copies normal loads from the slots `from` to the inputs of the next Newton or chord step.
-    fn take(&self, slots: &mut [f64], lanes: usize, from: &[u32]) {
+    fn take<const L: usize>(&self, slots: &mut [f64], from: &[u32]) {
         let given = self.counts.inputs() + self.counts.drives;
+        let (slots, _) = slots.as_chunks_mut::<L>();
         for (k, from) in from.iter().enumerate() {
-            let from = *from as usize * lanes..(*from as usize + 1) * lanes;
-            slots.copy_within(from.clone(), (given + k) * lanes);
-            slots.copy_within(from, (given + self.counts.coupled + k) * lanes);
+            let loads = slots[*from as usize];
+            slots[given + k] = loads;
+            slots[given + self.counts.coupled + k] = loads;
         }
     }
 
@@ -407,39 +430,44 @@ impl ForwardProgram {
     /// the next step must be a Newton step, because a chord step converged slowly or the last
     /// Newton step changed the normal loads too much. The change in a step approximates the error
     /// before the step. A Newton step squares the error. A chord step reduces the error by a
-    /// constant factor, which follows from the last two steps if both were chord steps. One small
-    /// change is not sufficient, because slowly converging loads may change little at first.
-    fn compare(
+    /// constant factor, which follows from the last two steps. One small change is not sufficient,
+    /// because slowly converging loads may change little at first.
+    fn compare<const L: usize>(
         &self,
         slots: &[f64],
-        lanes: usize,
         next: &[u32],
         (newton, again): (bool, bool),
-        changes: &mut [f64],
-        settled: &mut [bool],
+        changes: &mut [f64; L],
+        settled: &mut [bool; L],
     ) -> bool {
         let given = self.counts.inputs() + self.counts.drives;
-        let mut is_slow = false;
-        for lane in 0..lanes {
-            let (mut change, mut largest) = (0.0_f64, f64::MIN_POSITIVE);
-            for (k, next) in next.iter().enumerate() {
-                let now = slots[*next as usize * lanes + lane];
-                let moved = (now - slots[(given + k) * lanes + lane]).abs();
+        let (slots, _) = slots.as_chunks::<L>();
+        let (mut largest, mut change) = ([f64::MIN_POSITIVE; L], [0.0_f64; L]);
+        for (next, before) in next.iter().zip(&slots[given..]) {
+            let now = &slots[*next as usize];
+            for lane in 0..L {
+                let moved = (now[lane] - before[lane]).abs();
                 // NaN must not pass as small.
-                change = if moved.is_nan() { f64::INFINITY } else { change.max(moved) };
-                largest = largest.max(now.abs());
+                change[lane] = if moved.is_nan() { f64::INFINITY } else { change[lane].max(moved) };
+                largest[lane] = largest[lane].max(now[lane].abs());
             }
-            let (before, now) = (changes[lane], change / largest);
+        }
+        let determinant = slots[self.places.determinant as usize];
+        let mut is_slow = false;
+        for lane in 0..L {
+            let (before, now) = (changes[lane], change[lane] / largest[lane]);
             changes[lane] = now;
             let rate = now / before;
-            let determinant = slots[self.places.determinant as usize * lanes + lane];
             let is_still = if newton {
                 let left = now * now * (rate / before).max(now);
                 now <= SETTLED || again && now < 1e-3 && left <= ROUNDING
+            } else if again {
+                now <= STILL || rate < 0.5 && now * rate / (1.0 - rate) <= ROUNDING
             } else {
-                now <= STILL || again && rate < 0.5 && now * rate / (1.0 - rate) <= ROUNDING
+                let left = CHORD_RATE * rate * now;
+                now <= STILL || left <= ROUNDING && before * now <= CHORD_ERROR
             };
-            settled[lane] = is_still && determinant > 0.0;
+            settled[lane] = is_still && determinant[lane] > 0.0;
             is_slow |= !is_still && if newton { now > FAR } else { rate > SLOW };
         }
         is_slow
