@@ -11,6 +11,7 @@
 
 use crate::code::{Slots, compile};
 use crate::compiled::Compiled;
+use crate::convergence::Convergence;
 use crate::error::RecordError;
 use crate::forward_stages::ForwardStages;
 use crate::graph::Node;
@@ -28,29 +29,6 @@ use stiction_core::kinematics::{State, Target};
 const STEPS: usize = 24;
 /// Number of initial Newton steps.
 const NEWTON_STEPS: usize = 1;
-/// If the error after a chord step exceeds this fraction of the error before the step, a Newton
-/// step with a new matrix follows.
-const SLOW: f64 = 0.03;
-/// If a Newton step changes the normal loads by more than this fraction, another Newton step
-/// follows.
-const FAR: f64 = 0.05;
-/// If a Newton step changes the normal loads by at most this fraction, the remaining error is of
-/// the order of the square of this change, and counts as rounding.
-const SETTLED: f64 = 1e-8;
-/// Rounding error of the normal loads, relative to the largest normal load.
-const ROUNDING: f64 = 1e-15;
-/// If a step changes the normal loads by at most this fraction, further steps change them by
-/// rounding only.
-const STILL: f64 = 1e-14;
-
-/// A chord step reduces the error by a factor of about twice the ratio of the changes in the first
-/// chord step and in the Newton step before. This bound allows for a ratio that happens to be small.
-const CHORD_RATE: f64 = 10.0;
-/// Largest product of the relative changes in a Newton step and in the first chord step after it at
-/// which the loads may count as converged: no chord step has a rate greater than the change in the
-/// Newton step.
-const CHORD_ERROR: f64 = 1e-12;
-
 /// Index of the stage that computes motion and reactions without friction.
 const IDEAL: usize = 0;
 /// Index of the stage that prepares the computation with friction.
@@ -392,20 +370,19 @@ impl ForwardProgram {
         runners[FIRST].run(slots, scratch);
         self.take::<L>(slots, &self.places.start);
         let mut done = [self.counts.coupled == 0; L];
-        // Changes of the last step relative to the largest normal load.
-        let mut changes = [1.0; L];
-        let mut is_slow = false;
-        let mut newton_before = None;
+        let mut convergence = Convergence::<L>::new();
+        let given = self.counts.inputs() + self.counts.drives;
         for step in 0..STEPS {
             if done == [true; L] {
                 break;
             }
-            let newton = step < NEWTON_STEPS || is_slow || step >= STEPS / 2;
+            let newton = step < NEWTON_STEPS || convergence.is_slow() || step >= STEPS / 2;
             runners[if newton { NEWTON } else { CHORD }].run(slots, scratch);
             let next = if newton { &self.places.newton } else { &self.places.chord };
-            let kind = (newton, newton_before == Some(newton));
-            is_slow = self.compare(slots, next, kind, &mut changes, &mut done);
-            newton_before = Some(newton);
+            let (lanes, _) = slots.as_chunks::<L>();
+            let loads = next.iter().map(|next| &lanes[*next as usize]).zip(&lanes[given..]);
+            let determinant = &lanes[self.places.determinant as usize];
+            done = convergence.after(newton, loads, determinant);
             self.take::<L>(slots, next);
         }
         runners[LAST].run(slots, scratch);
@@ -424,53 +401,6 @@ impl ForwardProgram {
             slots[given + k] = loads;
             slots[given + self.counts.coupled + k] = loads;
         }
-    }
-
-    /// Checks for each lane whether the normal loads have converged to rounding. Returns `true` if
-    /// the next step must be a Newton step, because a chord step converged slowly or the last
-    /// Newton step changed the normal loads too much. The change in a step approximates the error
-    /// before the step. A Newton step squares the error. A chord step reduces the error by a
-    /// constant factor, which follows from the last two steps. One small change is not sufficient,
-    /// because slowly converging loads may change little at first.
-    fn compare<const L: usize>(
-        &self,
-        slots: &[f64],
-        next: &[u32],
-        (newton, again): (bool, bool),
-        changes: &mut [f64; L],
-        settled: &mut [bool; L],
-    ) -> bool {
-        let given = self.counts.inputs() + self.counts.drives;
-        let (slots, _) = slots.as_chunks::<L>();
-        let (mut largest, mut change) = ([f64::MIN_POSITIVE; L], [0.0_f64; L]);
-        for (next, before) in next.iter().zip(&slots[given..]) {
-            let now = &slots[*next as usize];
-            for lane in 0..L {
-                let moved = (now[lane] - before[lane]).abs();
-                // NaN must not pass as small.
-                change[lane] = if moved.is_nan() { f64::INFINITY } else { change[lane].max(moved) };
-                largest[lane] = largest[lane].max(now[lane].abs());
-            }
-        }
-        let determinant = slots[self.places.determinant as usize];
-        let mut is_slow = false;
-        for lane in 0..L {
-            let (before, now) = (changes[lane], change[lane] / largest[lane]);
-            changes[lane] = now;
-            let rate = now / before;
-            let is_still = if newton {
-                let left = now * now * (rate / before).max(now);
-                now <= SETTLED || again && now < 1e-3 && left <= ROUNDING
-            } else if again {
-                now <= STILL || rate < 0.5 && now * rate / (1.0 - rate) <= ROUNDING
-            } else {
-                let left = CHORD_RATE * rate * now;
-                now <= STILL || left <= ROUNDING && before * now <= CHORD_ERROR
-            };
-            settled[lane] = is_still && determinant[lane] > 0.0;
-            is_slow |= !is_still && if newton { now > FAR } else { rate > SLOW };
-        }
-        is_slow
     }
 
     /// Acceleration without friction of a coordinate that the recording solver prescribes, rad/s^2

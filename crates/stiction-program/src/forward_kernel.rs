@@ -1,7 +1,6 @@
 //! Evaluation of the kernel of inverse dynamics from which forward dynamics is recorded, with
 //! recorded scalars.
 
-use crate::forward_stages::SOLUTIONS;
 use crate::loads::Loads;
 use crate::locality::{Replacement, WrenchForm, at_fixed_accelerations, frame};
 use crate::motions::{Inertial, UnitAccelerations, run};
@@ -15,6 +14,10 @@ use stiction_core::kinematics::Target;
 use stiction_core::parameters::Parameters;
 use stiction_core::scalar::Scalar;
 use stiction_core::spatial::{Vec3, Wrench};
+
+/// Number of sets of accelerations that are solutions of linear systems: without friction, for the
+/// initial guess, for both sets of estimated normal loads, and with the friction of all interfaces.
+pub(crate) const SOLUTIONS: usize = 5;
 
 /// Recorded evaluation of inverse dynamics, and its changes due to unit accelerations and unit
 /// friction forces.

@@ -13,8 +13,9 @@
 //! the bounds of rounding errors, with which value numbering distinguishes nodes, do not grow
 //! through solutions of linear systems.
 //!
-//! Equations (P4) and (P5) of the book's theory.
+//! Equations (P4) to (P6) of the book's theory.
 
+use crate::forward_kernel::SOLUTIONS;
 use crate::graph::{Graph, Node};
 use crate::locality::WrenchForm;
 use crate::recorded::{Recorded, extend_graph, record_groups};
@@ -24,10 +25,6 @@ use crate::stages::{holds, with_inputs_replaced};
 use crate::value_numbering::{Merged, merge};
 use stiction_core::random::Random;
 use stiction_core::scalar::Scalar;
-
-/// Number of sets of accelerations that are solutions of linear systems: without friction, for the
-/// initial guess, for both sets of estimated normal loads, and with the friction of all interfaces.
-pub(crate) const SOLUTIONS: usize = 5;
 
 /// Results of all stages of a forward-dynamics program, as nodes of one graph. Inputs of the graph
 /// include two sets of estimated normal loads of the coupled interfaces.

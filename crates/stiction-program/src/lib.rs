@@ -43,6 +43,7 @@ mod batch;
 mod certificate;
 mod code;
 mod compiled;
+mod convergence;
 mod derivative_stages;
 mod derivatives;
 pub mod emit;

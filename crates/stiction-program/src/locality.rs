@@ -12,6 +12,8 @@
 //!
 //! This module finds the actuator and the ratio `r = R_j / C_j` for which most of the row `R - r C`
 //! vanishes.
+//!
+//! Equation (P5) of the book's theory.
 
 use crate::graph::{Graph, Node, Op};
 use crate::motions::{UnitAccelerations, run};
@@ -224,5 +226,41 @@ impl WrenchForm {
             }
         }
         is_removed.then_some(left)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rows of a wrench component and of two efforts for six interfaces. The component depends on
+    /// the friction of its own leg (the first two interfaces) and on the second effort.
+    fn sample(scale: f64) -> (Vec<f64>, Vec<Vec<f64>>) {
+        let efforts = vec![
+            vec![0.3, -0.2, 1.1, 0.7, -0.4, 0.9],
+            vec![0.5, 0.8, -0.6, scale, 0.2 * scale, -1.3],
+        ];
+        let ratio = 0.25 + scale;
+        let mut row: Vec<f64> = efforts[1].iter().map(|effort| ratio * effort).collect();
+        row[0] += 2.0;
+        row[1] -= scale;
+        (row, efforts)
+    }
+
+    #[test]
+    fn the_effort_with_the_sparsest_rest_is_found() {
+        let samples: Vec<_> = [0.4, 1.7, -0.8].map(sample).to_vec();
+        let rows: Vec<(&[f64], &Vec<Vec<f64>>)> =
+            samples.iter().map(|(row, efforts)| (&**row, efforts)).collect();
+        assert_eq!(best(&rows), Some(Replacement { drive: 1, interface: 2 }));
+    }
+
+    #[test]
+    fn rows_without_a_common_ratio_are_left_alone() {
+        let row = [1.0, 2.0, -1.0, 0.5, 3.0];
+        let efforts = vec![vec![1.0, -1.0, 0.3, 0.8, 0.9], vec![0.0; 5]];
+        assert_eq!(best(&[(&row, &efforts)]), None);
+        assert_eq!(best(&[(&[0.0; 5], &efforts)]), None);
+        assert_eq!(best(&[]), None);
     }
 }
