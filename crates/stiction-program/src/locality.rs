@@ -74,12 +74,13 @@ pub(crate) fn at_fixed_accelerations<T: Scalar>(
     parameters.interfaces.iter().map(row).collect()
 }
 
-/// Rows of one sample: for each interface and component of its wrench, the changes per newton of
-/// friction; for each actuator, the changes of its effort. The same for unit accelerations of the
-/// tree.
+/// Rows of one sample.
 struct Rows {
+    /// For each interface and component of its wrench, the changes per newton of friction of each
+    /// interface; for each actuator, those of its effort.
     wrenches: Vec<[Vec<f64>; 6]>,
     efforts: Vec<Vec<f64>>,
+    /// The same per unit acceleration of each degree of freedom of the tree.
     accelerated: Vec<[Vec<f64>; 6]>,
     accelerated_efforts: Vec<Vec<f64>>,
 }
@@ -189,7 +190,7 @@ fn best(samples: &[(&[f64], &Vec<Vec<f64>>)]) -> Option<Replacement> {
                 let ratio = row[to.interface] / effort[to.interface];
                 let left = row[*column] - ratio * effort[*column];
                 // A ratio that is not finite leaves NaN.
-                !(left.abs() <= *bound)
+                left.is_nan() || left.abs() > *bound
             })
         };
         (0..row.len()).filter(stays).count()
