@@ -17,7 +17,8 @@ pub(super) struct Members<'a> {
     data: &'a Data,
     balance: &'a Balance,
     members: Vec<Member>,
-    /// Response of the mechanism to one unit of each unknown friction, as soon as the problem is built.
+    /// Response of the mechanism to one unit of each unknown friction; empty until
+    /// [`Self::problem`].
     pub(super) units: Vec<Response>,
     /// Index of the interface of each unknown, and the wrench at its joint per unit of the unknown.
     wrenches: Vec<(usize, Wrench<f64>)>,

@@ -227,9 +227,22 @@ impl Steps {
             self.evaluate(stage, (time, NODES[stage]), WEIGHTS[stage], &mut derivative)?;
         }
         std::mem::swap(&mut self.kept, &mut self.last);
+        self.set_curve(3 + INTERPOLATION.len(), Some(last));
+        Ok(())
+    }
+
+    /// Prepares a curve of lower order for [`Self::at`], without further stages: a cubic with the
+    /// derivatives at both ends, or a parabola if the derivative `last` at the end is not known.
+    pub(super) fn join_ends(&mut self, last: Option<&[f64]>) {
+        self.set_curve(if last.is_some() { 3 } else { 2 }, last);
+    }
+
+    /// Computes the first `count` coefficients of the interpolant.
+    fn set_curve(&mut self, count: usize, last: Option<&[f64]>) {
         let Self { stages, start, end, step: h, curve, .. } = self;
         let first = &stages[0];
-        curve.resize_with(3 + INTERPOLATION.len(), Vec::new);
+        let last = last.unwrap_or(first);
+        curve.resize_with(count, Vec::new);
         for (k, out) in curve.iter_mut().enumerate() {
             out.clear();
             out.extend((0..start.len()).map(|i| {
@@ -248,7 +261,6 @@ impl Steps {
             }));
         }
         self.has_curve = true;
-        Ok(())
     }
 
     /// Writes the interpolated state at the fraction `part` of the step, between 0 and 1, to `y`.
@@ -256,7 +268,7 @@ impl Steps {
         debug_assert!(self.has_curve, "the curve is that of this step");
         y.clear();
         y.resize(self.start.len(), 0.0);
-        for (k, coefficients) in self.curve.iter().rev().enumerate() {
+        for (k, coefficients) in self.curve.iter().enumerate().rev() {
             let factor = if k % 2 == 0 { part } else { 1.0 - part };
             y.iter_mut().zip(coefficients).for_each(|(y, c)| *y = (*y + c) * factor);
         }
@@ -325,6 +337,25 @@ mod tests {
                 assert!(error.abs() < 1e-6, "{order:?} at {part}: {error:e}");
             }
             assert!((y[0] - end[0]).abs() < 1e-15, "{order:?}");
+        }
+    }
+
+    #[test]
+    fn curves_through_both_ends_need_no_stages() {
+        let (mut steps, mut first, mut last) = (Steps::default(), Vec::new(), Vec::new());
+        let Ok(()) = rate(0.0, &[1.0], &mut first);
+        let Ok(_) = steps.attempt(Order::Eight, (&[1.0], &first), (0.0, 0.1), &SCALES, rate);
+        let Ok(()) = rate(0.1, &steps.end.clone(), &mut last);
+        // Third and fourth power of the step, with the coefficients of the interpolation errors.
+        for (last, within) in [(None, 5e-5), (Some(&last[..]), 1e-6)] {
+            steps.join_ends(last);
+            let mut y = Vec::new();
+            for k in 0..=10 {
+                let part = f64::from(k) / 10.0;
+                steps.at(part, &mut y);
+                let error = (y[0] - (0.1 * part).sin().exp()).abs();
+                assert!(error < if k % 10 == 0 { 1e-14 } else { within }, "{part}: {error:e}");
+            }
         }
     }
 }

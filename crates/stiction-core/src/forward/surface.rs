@@ -58,26 +58,45 @@ impl Forward {
         interface: usize,
         place: usize,
     ) -> f64 {
-        self.surface_rates(bodies, interface, place)(rates)
+        let mut rate = 0.0;
+        let arm = self.each_surface_term(bodies, interface, place, |tree_dof, part| {
+            rate += part * rates[tree_dof];
+        });
+        arm * rate
     }
 
-    /// Returns [`Self::surface_rate`] as a function of the rates of the spanning tree.
+    /// Returns [`Self::surface_rate`] as a function of the rates of the spanning tree, for many of them.
     pub(super) fn surface_rates(
         &self,
         bodies: &Bodies<f64>,
         interface: usize,
         place: usize,
     ) -> impl Fn(&[f64]) -> f64 + use<> {
-        let topology = &self.topology;
-        let content = &self.parameters.interfaces[interface];
-        let arm = content.arms(self.parameters.pitch[content.joint])[place];
-        let dof = &topology.joint_types[content.joint].dofs()[content.shape.dofs().start + place];
-        let effort = bodies.effort(dof, content.joint);
         let mut terms = Vec::new();
-        each_dof(topology, content.joint, |tree_dof, sign| {
-            terms.push((tree_dof, sign * bodies.screws[tree_dof].power(effort)));
+        let arm = self.each_surface_term(bodies, interface, place, |tree_dof, part| {
+            terms.push((tree_dof, part));
         });
         move |rates| arm * terms.iter().map(|(tree_dof, part)| part * rates[*tree_dof]).sum::<f64>()
+    }
+
+    /// Calls `of` for each DOF of the spanning tree that moves an interface along one of its DOFs, with
+    /// the rate at the joint per unit rate of the tree. Returns the arm of the surface, by which the sum
+    /// of these rates is multiplied.
+    fn each_surface_term(
+        &self,
+        bodies: &Bodies<f64>,
+        interface: usize,
+        place: usize,
+        mut of: impl FnMut(usize, f64),
+    ) -> f64 {
+        let topology = &self.topology;
+        let content = &self.parameters.interfaces[interface];
+        let dof = &topology.joint_types[content.joint].dofs()[content.shape.dofs().start + place];
+        let effort = bodies.effort(dof, content.joint);
+        each_dof(topology, content.joint, |tree_dof, sign| {
+            of(tree_dof, sign * bodies.screws[tree_dof].power(effort));
+        });
+        content.arms(self.parameters.pitch[content.joint])[place]
     }
 
     /// Computes the sliding velocity of an interface along one of its DOFs, m/s, from the rates of

@@ -44,9 +44,12 @@ const SLACK: f64 = 1e-3;
 /// a velocity jump.
 const IMPULSIVE: f64 = 1e3;
 
-/// In a velocity jump, frictions from the continuation are preferred if they are less than this
-/// fraction of others.
-const LESS: f64 = 0.1;
+/// In a velocity jump, frictions from the continuation replace others with the same motion if the
+/// largest is less than this fraction of the largest other one.
+const LESS_STRESS: f64 = 0.1;
+/// Difference of rates, relative to the largest rate without friction, up to which two solutions have
+/// the same motion.
+const SAME_MOTION: f64 = 1e-5;
 
 /// Results of a time step.
 pub(super) struct TimeStep {
@@ -231,18 +234,18 @@ impl Forward {
         // Frictions in a velocity jump are impulses divided by a short time. Where static frictions
         // are statically indeterminate, a search that starts from such large values would keep them
         // as a self-stress.
-        let largest = near.iter().fold(0.0_f64, |m, f| m.max(f.abs()));
         let forces = base.wrenches.iter().map(|wrench| wrench.force.norm());
         let impulsive = IMPULSIVE * forces.fold(0.0, f64::max);
-        if largest > impulsive {
+        if largest(&near) > impulsive {
             near.fill(0.0);
         }
-        let mut found = problem.solve(&near).filter(|found| found.residual <= RESIDUAL);
+        let is_solution = |found: &Solution| found.residual <= RESIDUAL;
+        let mut found = problem.solve_near(&near).filter(is_solution);
         if found.is_none() && near.iter().any(|amount| *amount != 0.0) {
             // After a jump the frictions of the previous step may be a bad initial guess.
-            let zero = vec![0.0; near.len()];
-            found = problem.solve(&zero).filter(|found| found.residual <= RESIDUAL);
+            found = problem.solve_near(&vec![0.0; near.len()]).filter(is_solution);
         }
+        let found = found.or_else(|| problem.solve_by_continuation().filter(is_solution));
         let Some(mut found) = found else {
             let interface = problem.worst(&near).unwrap_or(0);
             let joint =
@@ -250,13 +253,12 @@ impl Forward {
             return Err(ForwardError::NoChoice { time, joint });
         };
         // Where friction stops the mechanism close to a singular position, self-stresses of any size
-        // satisfy the laws. Those that exceed the impulses by orders of magnitude are not meant, and
-        // their round-off would spoil the energy balance.
-        let size = |found: &Solution| found.amounts.iter().fold(0.0_f64, |m, f| m.max(f.abs()));
-        if size(&found) > impulsive
-            && let Some(other) = problem.solve_from_stick()
-            && other.residual <= RESIDUAL
-            && size(&other) < LESS * size(&found)
+        // satisfy the laws. They must not exceed the impulses by orders of magnitude, because their
+        // round-off would spoil the energy balance.
+        if largest(&found.amounts) > impulsive
+            && let Some(other) = problem.solve_from_stick().filter(is_solution)
+            && largest(&other.amounts) < LESS_STRESS * largest(&found.amounts)
+            && is_same_motion(&found, &other, &problem.free)
         {
             found = other;
         }
@@ -393,4 +395,16 @@ impl Forward {
             reaction_work,
         }
     }
+}
+
+/// Largest magnitude of the numbers.
+fn largest(numbers: &[f64]) -> f64 {
+    numbers.iter().fold(0.0_f64, |m, x| m.max(x.abs()))
+}
+
+/// Returns true if two solutions have the same surface rates. `free` contains the rates without
+/// friction.
+fn is_same_motion(a: &Solution, b: &Solution, free: &[f64]) -> bool {
+    let within = SAME_MOTION * largest(free);
+    a.rates.iter().zip(&b.rates).all(|(a, b)| (a - b).abs() <= within)
 }

@@ -132,9 +132,6 @@ fn a_motion_that_jams_at_its_start_goes_on() {
     }
 }
 
-/// A jam stops the mechanism twice at instants without accelerations. At rest, frictions within all limits hold it. The
-/// first time, the least-norm frictions exceed a limit; the second time, they leave normal loads that are much larger than
-/// necessary.
 /// Writes `robot.toml`: the robot `3rps` with other friction laws of R, P and S.
 fn write_3rps(folder: &Folder, laws: [&str; 3]) {
     let mut text = folder.stiction(&["models", "3rps"]).succeeds().to_owned();
@@ -174,6 +171,9 @@ fn a_jam_close_to_a_singular_position_closes_its_energy_balance() {
     assert!(summary["energy"]["error_relative"].as_f64().unwrap() < 1e-4, "{}", summary["energy"]);
 }
 
+/// A jam stops the mechanism twice at instants without accelerations. At rest, frictions within all limits hold it. The
+/// first time, the least-norm frictions exceed a limit; the second time, they leave normal loads that are much larger than
+/// necessary.
 #[test]
 fn a_jammed_mechanism_at_rest_is_event_driven() {
     let folder = Folder::new("forward-jam-at-rest");
@@ -193,8 +193,9 @@ fn a_jammed_mechanism_at_rest_is_event_driven() {
     let drives = "leg1.P = -82.682 N*cos(1.591*t); leg2.P = -42.0978 N*cos(0.913*t); \
                   leg3.P = 30.1088 N*cos(11.494*t)";
     let run = ["forward", "robot.toml", "--from", from, "--drives", drives, "--load", "load.toml"];
-    // How near to a singular position the mechanism stops depends on the tolerance.
-    for tolerance in ["1e-10", "4e-10", "1e-7"] {
+    // How near to a singular position the mechanism stops depends on the tolerance. With some others,
+    // such as 2e-10, it jams elsewhere.
+    for tolerance in ["5e-11", "1e-10", "3e-10", "4e-10", "3e-9", "7e-9", "1e-7"] {
         let options = ["--friction", "on", "--until", "1", "--tolerance", tolerance, "-o", "."];
         folder.stiction(&[&run[..], &options].concat()).succeeds();
         let summary = json(&folder.read("summary.json"));

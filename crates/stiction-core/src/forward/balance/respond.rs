@@ -192,6 +192,7 @@ impl Balance {
         efforts: &[(usize, Wrench<f64>)],
         workspace: &mut Workspace,
     ) {
+        debug_assert!(!self.is_sparse, "the dense factorisation is needed");
         let n = model.topology.dofs();
         let four = &mut workspace.four;
         fill(&mut four.forces, n, Four::zero());
@@ -346,7 +347,7 @@ impl Balance {
     }
 }
 
-/// Returns one of four wrenches.
+/// Returns the wrench in one of four SIMD lanes.
 pub(in crate::forward) fn one_of_four(wrench: &Wrench<Four>, lane: usize) -> Wrench<f64> {
     let of = |v: Vec3<Four>| Vec3::new(v.x.0[lane], v.y.0[lane], v.z.0[lane]);
     Wrench { force: of(wrench.force), moment: of(wrench.moment) }

@@ -4,6 +4,8 @@
 //! requested. Results within a step are interpolated.
 
 use super::checkpoint::Tape;
+use super::method_change::is_without_acceleration;
+use super::packing::parts;
 use super::{Energies, Simulation};
 use crate::forward::data::FrictionDistribution;
 use crate::forward::error::ForwardError;
@@ -114,9 +116,15 @@ impl<'a> Simulation<'a> {
         let mut y = copy.list();
         match interpolation {
             Interpolation::Chord => {
-                copy.between_ends(self, time, inputs)?;
+                let part = (time - from) / (self.now.time - from);
+                let instant = copy.on_chord(time, part, self, inputs)?;
+                let span = self.now.time - from;
+                copy.energies.blend(&self.energies, &self.now.account, (part, span));
+                let values = copy.input.values.iter_mut().zip(&self.input.values);
+                values.for_each(|(value, end)| *value += part * (end - *value));
                 copy.modes.clone_from(&self.modes);
                 copy.stepping.clone_from(&self.stepping);
+                copy.become_now(instant);
             }
             Interpolation::Rest => {
                 copy.pack_into(&mut y);
@@ -134,18 +142,32 @@ impl<'a> Simulation<'a> {
                 copy.commit(&y, arrived);
             }
             Interpolation::Curve => {
-                let is_prepared = std::mem::take(has_curve);
-                let crosses = *crosses;
-                if !is_prepared {
+                if !*has_curve {
                     copy.steps.copy_from(&self.steps);
+                    copy.workspace.crosses = crosses.then_some(0.0);
+                    let crosses = *crosses;
+                    copy.prepare_curve(self, inputs)?;
+                    self.last_step.has_curve = true;
+                    copy.workspace.crosses = crosses.then_some(0.0);
+                    // Newton's method then starts from the same normal loads for every instant of
+                    // the step.
+                    copy.workspace.loads.clear();
                 }
-                match copy.on_curve(time, (from, is_prepared, crosses), &mut y, inputs) {
-                    Ok(()) => self.last_step.has_curve = true,
-                    Err(_) => {
-                        copy.take_state(&self.last_step.numbers);
-                        copy.between_ends(self, time, inputs)?;
+                let crosses = self.last_step.crosses;
+                copy.workspace.crosses = crosses.then_some(0.0);
+                let part = (time - from) / copy.steps.step;
+                copy.steps.at(part, &mut y);
+                let arrived = match crosses {
+                    true => copy.arrive_beside(time, part, &y, inputs),
+                    false => copy.arrive(time, &y, inputs),
+                };
+                let arrived = match arrived {
+                    Err(error) if is_without_acceleration(&error) => {
+                        copy.arrive_between(self, time, &y, inputs)?
                     }
-                }
+                    other => other?,
+                };
+                copy.commit(&y, arrived);
             }
         }
         copy.lists.push(y);
@@ -153,9 +175,32 @@ impl<'a> Simulation<'a> {
         Ok(())
     }
 
-    /// Prepares the dense output of a step that began at `from`, s, with the stick-slip modes of
-    /// this step.
-    fn prepare_curve(&mut self, from: f64, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
+    /// Prepares the interpolation of the last step of `end`, at whose start `self` is, with the
+    /// stick-slip modes of this step: the dense output of the integrator or, if no accelerations are
+    /// found at one of its stages, a curve through both ends. Near the end of a branch of solutions,
+    /// accelerations may be found at the end of the step only from those before it.
+    fn prepare_curve(
+        &mut self,
+        end: &Simulation<'a>,
+        inputs: &mut dyn Inputs,
+    ) -> Result<(), ForwardError> {
+        let prepared = self.prepare_dense_output(inputs);
+        if !prepared.as_ref().is_err_and(is_without_acceleration) {
+            return prepared;
+        }
+        let mut last = self.list();
+        let keeps_modes = end.modes == self.modes;
+        if keeps_modes {
+            self.derivative_into(&end.now, &mut last);
+        }
+        self.steps.join_ends(keeps_modes.then_some(&last));
+        self.lists.push(last);
+        Ok(())
+    }
+
+    /// Prepares the dense output of the step that begins at the present instant.
+    fn prepare_dense_output(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
+        let from = self.now.time;
         let mut end = self.list();
         end.clone_from(&self.steps.end);
         let arrived = self.arrive_with(from + self.steps.step, &end, inputs, false)?;
@@ -168,6 +213,30 @@ impl<'a> Simulation<'a> {
         self.steps = steps;
         self.lists.extend([last, end]);
         prepared
+    }
+
+    /// Returns the results at an instant of an event-driven step from `self` to `end` at which no
+    /// accelerations are found: accelerations, reactions and frictions are those at the nearer end
+    /// that has the modes of the step.
+    fn arrive_between(
+        &mut self,
+        end: &Simulation<'a>,
+        time: f64,
+        y: &[f64],
+        inputs: &mut dyn Inputs,
+    ) -> Result<Instant, ForwardError> {
+        let mut moved = self.list();
+        moved.extend_from_slice(y);
+        self.onto_the_loops(time, &mut moved, inputs)?;
+        let (coordinates, rates, _) = parts(&self.now, &moved);
+        let is_late = 2.0 * (time - self.now.time) > end.now.time - self.now.time;
+        let nearer = if is_late && end.modes == self.modes { end } else { &*self };
+        let mut state = nearer.now.state.clone();
+        state.coordinates.copy_from_slice(coordinates);
+        state.rates.copy_from_slice(rates);
+        let instant = self.with_forces_of(&nearer.now, (time, state), &self.bristles, inputs);
+        self.lists.push(moved);
+        Ok(instant)
     }
 
     /// Evaluates the results at the fraction `part` of a step across a singular configuration. Near
@@ -198,100 +267,51 @@ impl<'a> Simulation<'a> {
         Ok(instant)
     }
 
-    /// Interpolates within an event-driven step by the dense output of the integrator, and evaluates
-    /// accelerations and reactions there. Uses `y` as a buffer.
-    fn on_curve(
-        &mut self,
-        time: f64,
-        (from, is_prepared, crosses): (f64, bool, bool),
-        y: &mut Vec<f64>,
-        inputs: &mut dyn Inputs,
-    ) -> Result<(), ForwardError> {
-        if !is_prepared {
-            self.workspace.crosses = crosses.then_some(0.0);
-            self.prepare_curve(from, inputs)?;
-            // Newton's method then starts from the same normal loads for every instant of the step.
-            self.workspace.loads.clear();
-        }
-        self.workspace.crosses = crosses.then_some(0.0);
-        let part = (time - from) / self.steps.step;
-        self.steps.at(part, y);
-        let arrived = match crosses {
-            true => self.arrive_beside(time, part, y, inputs)?,
-            false => self.arrive(time, y, inputs)?,
-        };
-        self.commit(y, arrived);
-        Ok(())
-    }
-
-    /// Interpolates between the ends of a step: `self` is at its start, and becomes the results at
-    /// `time`, s. Accelerations and reactions are those of the end, `end`. This serves time steps, whose
-    /// accelerations and reactions are means, and event-driven steps with instants at which no
-    /// accelerations are found: near the end of a branch of solutions, those of the step's stages are
-    /// found from each other only.
-    fn between_ends(
-        &mut self,
-        end: &Simulation<'a>,
-        time: f64,
-        inputs: &mut dyn Inputs,
-    ) -> Result<(), ForwardError> {
-        let span = end.now.time - self.now.time;
-        let part = (time - self.now.time) / span;
-        let instant = self.blended(time, part, end, inputs)?;
-        self.energies.blend(&end.energies, &end.now.account, (part, span));
-        let values = self.input.values.iter_mut().zip(&end.input.values);
-        values.for_each(|(value, end)| *value += part * (end - *value));
-        self.become_now(instant);
-        Ok(())
-    }
-
-    /// Returns the results at the fraction `part` of the step from `self` to `end`. In time steps the
-    /// rates change linearly; otherwise their curve has the accelerations of both ends.
-    fn blended(
+    /// Interpolates within a step of the time-stepping method: returns the results at the fraction
+    /// `part` of the step from `self` to `end`.
+    fn on_chord(
         &self,
         time: f64,
         part: f64,
         end: &Simulation<'a>,
         inputs: &mut dyn Inputs,
     ) -> Result<Instant, ForwardError> {
-        let (model, from, to) = (self.model, &self.now.state, &end.now.state);
-        let span = end.now.time - self.now.time;
-        let mut state = from.clone();
-        // What the rates of a cubic curve deviate from linear ones, as multiples of the accelerations
-        // at both ends less the mean acceleration, and the integrals of these deviations.
-        let rest = 1.0 - part;
-        let bends = match end.last_step.interpolation {
-            Interpolation::Chord => [[0.0; 2]; 2],
-            _ => [
-                [part * rest * rest, part * part * (0.5 - part * (2.0 / 3.0 - 0.25 * part))],
-                [-part * part * rest, -part * part * part * (1.0 / 3.0 - 0.25 * part)],
-            ],
-        };
-        let mut by = vec![0.0; from.rates.len()];
-        for (k, by) in by.iter_mut().enumerate() {
-            let (v, w) = (from.rates[k], to.rates[k]);
-            let beyond = [from, to].map(|end| span * end.accelerations[k] - (w - v));
-            let bend = |i: usize| beyond[0] * bends[0][i] + beyond[1] * bends[1][i];
-            *by = span * (part * (v + 0.5 * part * (w - v)) + bend(1));
-            state.rates[k] = v + part * (w - v) + bend(0);
-        }
+        let (model, to) = (self.model, &end.now);
+        let span = to.time - self.now.time;
+        let mut state = self.now.state.clone();
+        let passed = part * span;
+        let by: Vec<f64> = state
+            .rates
+            .iter()
+            .zip(&to.state.rates)
+            .map(|(v, w)| passed * (v + 0.5 * part * (w - v)))
+            .collect();
         state.advance(&model.topology, &by);
-        state.accelerations.clone_from(&to.accelerations);
+        state.rates.iter_mut().zip(&to.state.rates).for_each(|(a, b)| *a += part * (b - *a));
+        state.accelerations.clone_from(&to.state.accelerations);
         let moves = |state: &State<f64>| state.rates.iter().any(|rate| *rate != 0.0);
-        if moves(from) || moves(to) {
+        if moves(&self.now.state) || moves(&to.state) {
             let targets = model.targets(time, inputs);
             // Interfaces that begin to stick at the end of the step still move within the step.
             let (anchors, frozen) = self.places_of(&self.modes, &end.modes);
             model.project(time, &mut state, &targets, &anchors, &frozen)?;
         }
-        let data = model.data(
-            time,
-            state,
-            &end.bristles,
-            &FrictionDistribution::default(),
-            (&self.input, inputs),
-        );
-        let mut instant = Instant { time, state: data.state.clone(), ..end.now.clone() };
+        Ok(self.with_forces_of(to, (time, state), &end.bristles, inputs))
+    }
+
+    /// Returns the results at `time`, s, with the given state, and with the accelerations, reactions and
+    /// frictions of another instant.
+    fn with_forces_of(
+        &self,
+        forces: &Instant,
+        (time, state): (f64, State<f64>),
+        bristles: &[[f64; 3]],
+        inputs: &mut dyn Inputs,
+    ) -> Instant {
+        let model = self.model;
+        let distribution = FrictionDistribution::default();
+        let data = model.data(time, state, bristles, &distribution, (&self.input, inputs));
+        let mut instant = Instant { time, state: data.state.clone(), ..forces.clone() };
         instant.bodies = data.bodies.clone();
         instant.bodies.accelerate(&model.topology, &instant.state.accelerations);
         for (interface, velocity) in instant.interfaces.iter_mut().zip(&data.velocities) {
@@ -300,7 +320,7 @@ impl<'a> Simulation<'a> {
         let acting = (&data.masses, &data.loads[..]);
         let Instant { account, bodies, drives, interfaces, .. } = &mut instant;
         account.update(model, acting, bodies, drives, interfaces);
-        Ok(instant)
+        instant
     }
 }
 

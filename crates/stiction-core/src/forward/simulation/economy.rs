@@ -27,8 +27,8 @@ const PAYS: f64 = 3.0;
 /// Number of continuation steps from zero friction that cost as much as one evaluation of
 /// accelerations.
 const CONTINUATION_STEPS: usize = 4;
-/// Largest number of time steps without a stick-slip transition after which the event-driven method is
-/// tried again if it was too costly.
+/// Largest number of time steps without a stick-slip transition that costly phases of the event-driven
+/// method put between them.
 const COSTLY_WAIT: usize = 512;
 /// The event-driven method counts as recovered if its present phase lasts at least this many times
 /// as long as the preceding phase of time stepping.
@@ -74,9 +74,10 @@ impl Simulation<'_> {
         self.wait = if recovered { QUIET } else { (2 * self.wait).min(LONGEST_WAIT) };
     }
 
-    /// Doubles the same number, up to [`COSTLY_WAIT`], because the event-driven method is too costly. How
-    /// long it has lasted does not count: the costs of the next phase will probably be alike.
-    pub(super) fn wait_out_costs(&mut self) {
+    /// Doubles the number of time steps without a stick-slip transition after which the simulation
+    /// returns to the event-driven method, up to [`COSTLY_WAIT`]. Serves phases of the event-driven
+    /// method that end because of their costs, however long they have lasted.
+    pub(super) fn wait_after_costs(&mut self) {
         self.wait = self.wait.max((2 * self.wait).min(COSTLY_WAIT));
     }
 

@@ -147,8 +147,13 @@ impl Simulation<'_> {
                     // The approach of a plate or ball to its stop takes many steps, but their
                     // number is limited.
                     let nears = nearest.is_finite();
-                    if stiff || smooth && !nears && self.is_costly(end, inputs) {
-                        self.wait_out_costs();
+                    let costly = !stiff && smooth && !nears && self.is_costly(end, inputs);
+                    if stiff || costly {
+                        if costly {
+                            self.wait_after_costs()
+                        } else {
+                            self.wait_longer()
+                        }
                         self.begin_stepping();
                         return Ok(());
                     }
@@ -413,7 +418,7 @@ impl Simulation<'_> {
     }
 
     /// Projects the coordinates and rates of a state vector onto the loop constraints.
-    fn onto_the_loops(
+    pub(super) fn onto_the_loops(
         &mut self,
         time: f64,
         y: &mut [f64],

@@ -40,7 +40,7 @@ const ALLOWANCE: f64 = 1e-5;
 const BOUNDS: [f64; 5] = [0.9, 0.99, 0.999, 0.9999, 1.0];
 /// Weights of reactions that are tried if frictions and reactions are known: close to a singular
 /// position frictions alone do not determine the normal loads, see [`Forward::limit_preload`].
-const WEIGHTS: [f64; 2] = [0.0, preload::FIRST];
+const WEIGHTS: [f64; 2] = [0.0, preload::LARGEST_WEIGHT];
 /// Two unit vectors of direction count as equal if they differ by less than this value.
 const ALIGNED: f64 = 1e-6;
 
@@ -87,8 +87,8 @@ impl Forward {
                     if let Ok(Verdict::Stands(solved)) = self.verify(data, &mut trial, resting)
                         && solved.balance.redundant() > permanent
                     {
-                        let known = (resting, permanent);
-                        let solved = self.limit_preload(data, &mut trial, known, *solved);
+                        let at_rest = (resting, permanent);
+                        let solved = self.limit_preload(data, &mut trial, at_rest, *solved);
                         return Ok(Choice { modes: trial, solved });
                     }
                 }
@@ -168,7 +168,9 @@ impl Forward {
     /// few changes of modes.
     fn adopt(&self, data: &mut Data, guess: &Guess, resting: &[usize]) -> Option<Choice> {
         data.limit_factor = if guess.tight { 1.0 + ALLOWANCE } else { 1.0 };
-        for weight in WEIGHTS {
+        // The reactions of a mechanism that moves change, and are no references for long.
+        let weights = if guess.moves { &WEIGHTS[..1] } else { &WEIGHTS[..] };
+        for &weight in weights {
             data.distribution.refer_to(&guess.forces, weight);
             let found = self.confirm(data, guess, resting);
             if found.is_some() {

@@ -14,7 +14,7 @@ use crate::spatial::Wrench;
 /// preload.
 const GROWTH: f64 = 100.0;
 /// Largest weight of reactions that is tried.
-pub(super) const FIRST: f64 = 1e-2;
+pub(super) const LARGEST_WEIGHT: f64 = 1e-2;
 /// Ratio of a weight and the previous one. The preload grows at most by the inverse square of this
 /// ratio, four.
 const RATIO: f64 = 0.5;
@@ -46,12 +46,12 @@ impl Forward {
         let largest = |s: &Solved| s.coupled.loads.iter().fold(0.0_f64, |m, x| m.max(*x));
         let before = data.distribution.clone();
         data.distribution.refer_to_zero();
-        data.distribution.reaction_weight = FIRST;
+        data.distribution.reaction_weight = LARGEST_WEIGHT;
         let least = self.solve(data, trial, None, false);
         if least.is_ok_and(|least| largest(&solved) > GROWTH * largest(&least))
             && let Some(preloaded) = self.least_preload(data, trial, resting)
         {
-            self.refer_to(data, trial, &preloaded);
+            self.refer_to_solution(data, trial, &preloaded);
             if let Ok(Verdict::Stands(preloaded)) = self.verify(data, trial, resting)
                 && largest(&preloaded) < largest(&solved)
             {
@@ -71,7 +71,7 @@ impl Forward {
         resting: &[usize],
     ) -> Option<Solved> {
         let mut found = None;
-        let mut weight = FIRST;
+        let mut weight = LARGEST_WEIGHT;
         for _ in 0..TRIALS {
             data.distribution.reaction_weight = weight;
             weight *= RATIO;
@@ -87,14 +87,14 @@ impl Forward {
     }
 
     /// Makes the frictions and reactions of a solution the references of the distribution.
-    fn refer_to(&self, data: &mut Data, modes: &[InterfaceMode], solved: &Solved) {
+    fn refer_to_solution(&self, data: &mut Data, modes: &[InterfaceMode], solved: &Solved) {
         let mut interfaces = Vec::with_capacity(modes.len());
         self.interfaces_into(data, modes, solved, &mut interfaces);
         let sticks = |sample: &InterfaceSample| sample.interface == InterfaceMode::Sticks;
         let frictions =
             interfaces.iter().map(|i| if sticks(i) { i.friction } else { [0.0; 3] }).collect();
         let forces = self.known_forces(frictions, &data.bodies, &solved.coupled.response.wrenches);
-        data.distribution.refer_to(&forces, FIRST);
+        data.distribution.refer_to(&forces, LARGEST_WEIGHT);
     }
 
     /// Returns frictions, and the reactions that act together with them.

@@ -78,6 +78,12 @@ impl Complementarity<'_> {
     /// Solves the problem, starting from the values `start` of the unknowns. Returns `None` if no
     /// solution is found.
     pub(crate) fn solve(&mut self, start: &[f64]) -> Option<Solution> {
+        self.solve_near(start).or_else(|| self.solve_by_continuation())
+    }
+
+    /// Solves the problem by Newton's method and the projected Gauss-Seidel method, starting from the
+    /// values `start` of the unknowns. Returns `None` if both fail.
+    pub(crate) fn solve_near(&mut self, start: &[f64]) -> Option<Solution> {
         if self.count() == 0 {
             return Some(self.complete(Vec::new()));
         }
@@ -93,16 +99,19 @@ impl Complementarity<'_> {
             }
             found = self.newton_from(&x);
         }
-        let x = match found {
-            Some(x) => x,
-            None => self.follow_friction().or_else(|| self.follow_path())?,
-        };
+        found.map(|x| self.complete(x))
+    }
+
+    /// Solves the problem by continuation, from zero friction or else from stick. Returns `None` if
+    /// both fail.
+    pub(crate) fn solve_by_continuation(&self) -> Option<Solution> {
+        let x = self.follow_friction().or_else(|| self.follow_path())?;
         Some(self.complete(x))
     }
 
-    /// Solves the problem by continuation from friction with which everything sticks, see [`path`]. If
-    /// static friction is indeterminate, that friction is the least one, so that this solution contains no
-    /// large self-stress as others may. Returns `None` if the continuation fails.
+    /// Solves the problem by continuation from friction with which everything sticks, see [`path`].
+    /// Statically indeterminate frictions are then nearly the least ones, so that this solution
+    /// contains no large self-stress. Returns `None` if the continuation fails.
     pub(crate) fn solve_from_stick(&self) -> Option<Solution> {
         self.follow_path().map(|x| self.complete(x))
     }

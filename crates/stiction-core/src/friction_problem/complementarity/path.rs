@@ -19,6 +19,7 @@ use super::laws::MemberLaw;
 use super::newton::STAGNATED;
 use super::problem::Complementarity;
 use nalgebra::{DMatrix, DVector};
+use std::cell::Cell;
 
 /// Multiple of the friction coefficients at the start of the path.
 const STUCK: f64 = 1e9;
@@ -28,20 +29,22 @@ const CREEP: f64 = 1e-7;
 /// Relative difference between the creep of the first and the last unknown. Without this difference,
 /// several interfaces of a symmetric mechanism would change their modes at the same point.
 const UNEVEN: f64 = 0.5;
-/// First and longest step along the path. Lengths are in units of the largest friction, and of the
-/// logarithm of the multiple.
+/// First step along the path. Lengths are in units of the largest friction, and of the logarithm of the
+/// multiple.
 const FIRST: f64 = 0.5;
+/// Longest step along the path.
 const LONGEST: f64 = 2.0;
 /// Step below which the continuation fails.
 const SHORTEST: f64 = 1e-10;
 /// Factor by which a step is longer than a successful previous one.
 const GROWTH: f64 = 1.5;
-/// Largest number of steps, failed ones included.
-const STEPS: usize = 500;
+/// Largest number of points of the path that are computed, failed ones and those of searches included.
+const TRIALS: usize = 1500;
 /// Largest number of Newton steps of a correction.
 const CORRECTIONS: usize = 12;
-/// Residuals, relative to the largest force, at which a correction ends, and at which it succeeds.
-const SETTLED: f64 = 1e-14;
+/// Residual, relative to the largest friction, at which a correction ends.
+const EXACT: f64 = 1e-14;
+/// Residual, relative to the largest friction, at which a correction succeeds if it no longer decreases.
 const ON_PATH: f64 = 1e-11;
 /// Largest distance between consecutive points, in steps. Farther points belong to other paths.
 const FARTHEST: f64 = 1.1;
@@ -100,6 +103,8 @@ struct Path<'a> {
     tangent: DVector<f64>,
     /// Sign of the determinant of the extended system along the path; zero at the start.
     sign: f64,
+    /// Number of points computed so far.
+    trials: Cell<usize>,
 }
 
 /// Point on the path or on the continuation of its present piece.
@@ -121,14 +126,15 @@ impl<'a> Path<'a> {
         let x = stuck.push(STUCK.ln());
         let mut tangent = DVector::zeros(n + 1);
         tangent[n] = -1.0;
-        let mut path = Self { problem, creep, x, sticks, unit: 0.0, tangent, sign: 0.0 };
+        let trials = Cell::default();
+        let mut path = Self { problem, creep, x, sticks, unit: 0.0, tangent, sign: 0.0, trials };
         path.turn()?;
         (path.least_margin(&path.x).1 >= -1.0).then_some(path)
     }
 
-    /// Computes the residual of the friction laws in units of [`Self::unit`], its derivatives with the
-    /// tangent as last row (the extended system), and the residual relative to the largest force.
-    fn extended(&self, x: &DVector<f64>) -> (DVector<f64>, DMatrix<f64>, f64) {
+    /// Computes the residual of the friction laws in units of [`Self::unit`], and its derivatives with
+    /// the tangent as last row (the extended system).
+    fn extended(&self, x: &DVector<f64>) -> (DVector<f64>, DMatrix<f64>) {
         let n = self.problem.count();
         let (multiple, mut rows) = (x[n].exp(), Vec::new());
         let modes = (multiple, Some(&self.sticks[..]));
@@ -139,7 +145,7 @@ impl<'a> Path<'a> {
         matrix.view_mut((0, 0), (n, n)).copy_from(&DMatrix::from_row_slice(n, n, &rows));
         matrix.view_mut((0, n), (n, 1)).copy_from(&by_multiple);
         matrix.row_mut(n).copy_from(&self.tangent.transpose());
-        (values, matrix, residual.relative())
+        (values, matrix)
     }
 
     /// Returns the member with the least margin at a point, and the margin. Below -1 its mode has ended:
@@ -165,12 +171,15 @@ impl<'a> Path<'a> {
     fn turn(&mut self) -> Option<()> {
         let n = self.problem.count();
         self.unit = self.x.rows(0, n).amax().max(f64::MIN_POSITIVE);
-        let (_, mut matrix, _) = self.extended(&self.x);
+        let (_, matrix) = self.extended(&self.x);
         let mut right = DVector::zeros(n + 1);
         right[n] = 1.0;
-        let along = matrix.clone().lu().solve(&right)?.normalize();
-        matrix.row_mut(n).copy_from(&along.transpose());
-        let sign = matrix.lu().determinant().signum();
+        let factors = matrix.lu();
+        let along = factors.solve(&right)?.normalize();
+        // The product of the pivots may be too small for a number. The determinant with the new
+        // tangent as last row has the same sign, because the tangents form an acute angle.
+        let signs = factors.u().diagonal().map(f64::signum);
+        let sign = signs.product() * factors.p().determinant::<f64>();
         if self.sign == 0.0 {
             self.sign = sign;
         }
@@ -184,8 +193,9 @@ impl<'a> Path<'a> {
         let n = self.problem.count();
         let mut before = f64::INFINITY;
         for _ in 0..CORRECTIONS {
-            let (values, mut matrix, relative) = self.extended(&x);
-            if relative <= SETTLED || (relative <= ON_PATH && relative >= before) {
+            let (values, mut matrix) = self.extended(&x);
+            let relative = values.amax();
+            if relative <= EXACT || (relative <= ON_PATH && relative >= before) {
                 return Some(x);
             }
             before = relative;
@@ -204,6 +214,7 @@ impl<'a> Path<'a> {
 
     /// Returns the point of the path at the distance `length` along the tangent, if it is found.
     fn ahead(&self, length: f64) -> Option<Candidate> {
+        self.trials.update(|trials| trials + 1);
         let x = self.corrected(&self.x + self.newtons(&self.tangent * length), false)?;
         let (member, margin) = self.least_margin(&x);
         (self.distance(&x) <= FARTHEST * length).then_some(Candidate { x, member, margin })
@@ -254,31 +265,46 @@ impl<'a> Path<'a> {
     fn end(mut self) -> Option<Vec<f64>> {
         let n = self.problem.count();
         let mut step = FIRST;
-        for _ in 0..STEPS {
+        while self.trials.get() < TRIALS && step > SHORTEST {
+            // Several modes may end at the same point.
+            let (member, margin) = self.least_margin(&self.x);
+            if margin < LOCATED {
+                self.change_mode(member)?;
+                continue;
+            }
             let found = self.ahead(step).and_then(|found| self.end_of_piece(found, step));
             let Some(Candidate { x, member, margin }) = found else {
                 step *= 0.5;
-                if step < SHORTEST {
-                    return None;
-                }
                 continue;
             };
             if x[n] <= 0.0 {
                 // Full friction is between both points.
                 let mut between = self.x.lerp(&x, self.x[n] / (self.x[n] - x[n]));
                 between[n] = 0.0;
-                let end = self.corrected(between, true)?;
-                return Some(Vec::from(&end.as_slice()[..n]));
+                match self.corrected(between, true) {
+                    Some(end) if self.least_margin(&end).1 >= LOCATED => {
+                        return Some(Vec::from(&end.as_slice()[..n]));
+                    }
+                    _ => step *= 0.5,
+                }
+                continue;
             }
             self.x = x;
             if margin < -1.0 {
-                self.sticks[member] = !self.sticks[member];
+                self.change_mode(member)?;
             } else {
                 step = (GROWTH * step).min(LONGEST);
+                self.turn()?;
             }
-            self.turn()?;
         }
         None
+    }
+
+    /// Begins the next piece of the path at the present point, where the mode of `member` ends.
+    fn change_mode(&mut self, member: usize) -> Option<()> {
+        self.trials.update(|trials| trials + 1);
+        self.sticks[member] = !self.sticks[member];
+        self.turn()
     }
 }
 

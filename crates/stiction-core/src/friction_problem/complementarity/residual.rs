@@ -12,7 +12,8 @@ const ROUND_OFF: f64 = 1e-14;
 pub(super) struct Residual {
     /// Residual of the friction law for each unknown, N.
     pub(super) values: Vec<f64>,
-    /// Derivatives of the residual with respect to the multiple of the friction coefficients.
+    /// Derivatives of the residual of dry members with respect to the multiple of the friction
+    /// coefficients.
     pub(super) by_part: Vec<f64>,
     /// Largest magnitude among the unknowns, the friction limits and the normal loads of sliding
     /// members, N. Relative residuals refer to this force.
@@ -20,9 +21,8 @@ pub(super) struct Residual {
     /// For each unknown of a sticking member: [`Complementarity::slack`] times the rate relative to
     /// the largest frictionless rate; infinite for all other unknowns.
     rates: Vec<f64>,
-    /// For each dry member the force by which the projection of the [module's](super) equation shortens
-    /// its vector, N: positive if the member slides, and otherwise minus the reserve of a member that
-    /// sticks. Infinite for other members.
+    /// For each dry member the magnitude of `f + rho b` in the [module's](super) equation less the
+    /// friction limit, N: positive if the member slides. Infinite for other members.
     pub(super) excess: Vec<f64>,
 }
 
@@ -66,8 +66,8 @@ impl Complementarity<'_> {
         self.residual_in_modes(x, (part, None), matrix)
     }
 
-    /// Like [`Self::residual`]; if `modes` are given, the dry members with true must stick whether or
-    /// not their friction exceeds the limit, and the others must slide.
+    /// Computes the residual like [`Self::residual`], but with given modes: dry members with true in
+    /// `modes` stick, even if their friction exceeds the limit, and the others slide.
     pub(super) fn residual_in_modes(
         &self,
         x: &[f64],
@@ -131,7 +131,6 @@ impl Complementarity<'_> {
         let i = self.members[index].places.start;
         residual.scale = residual.scale.max(load.value.abs());
         residual.values[i] = point.x[i] - part * load.value;
-        residual.by_part[i] = -load.value;
         let Some(matrix) = matrix else { return };
         for j in 0..n {
             let slope = self.load_slope(index, &load, j);
@@ -158,7 +157,6 @@ impl Complementarity<'_> {
         let unit = at(load.value + 1.0, velocity);
         for (k, i) in places.clone().enumerate() {
             residual.values[i] = point.x[i] - friction[k];
-            residual.by_part[i] = -friction[k] / part;
         }
         let Some(matrix) = matrix else { return };
         let step = 1e-7 * norm(velocity).max(1e-6);
