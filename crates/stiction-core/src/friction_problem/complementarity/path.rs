@@ -14,6 +14,8 @@
 //! turning points nor between pieces.
 //!
 //! At the end, the creep is removed if the residual rates exceed their tolerance.
+//!
+//! Equation (D10) of the book's theory.
 
 use super::laws::MemberLaw;
 use super::newton::STAGNATED;

@@ -26,7 +26,7 @@ pub(crate) struct Complementarity<'a> {
     pub(crate) members: Vec<Member>,
     /// Surface rate in the direction of each unknown if no member has friction; unused for members
     /// with [`MemberLaw::Sliding`].
-    pub(crate) free: Vec<f64>,
+    pub(super) free: Vec<f64>,
     /// Change of each surface rate (rows) per unit of each unknown (columns), row by row.
     pub(super) compliance: Vec<f64>,
     /// Wrench at each member's joint if no member has friction.
