@@ -9,11 +9,8 @@
 use crate::forward::ForwardProgram;
 use crate::motions::run;
 use crate::recording::RecordingSource;
-use crate::wrench::from_components;
-use stiction_core::dynamics::AppliedLoad;
-use stiction_core::kinematics::{State, Target};
+use stiction_core::kinematics::Target;
 use stiction_core::random::Random;
-use stiction_core::spatial::Wrench;
 
 /// Largest relative difference that is attributed to rounding. Four kinds of values are compared:
 /// normal loads and friction forces, efforts, reaction forces, and reaction moments. Each
@@ -21,29 +18,6 @@ use stiction_core::spatial::Wrench;
 const ROUNDING: f64 = 1e-11;
 
 impl RecordingSource<'_> {
-    /// Converts the numbers of a sample to the state of the tree, prescribed values and loads.
-    pub(crate) fn unpacked(
-        &self,
-        sample: &[f64],
-    ) -> (State<f64>, Vec<Target<f64>>, Vec<AppliedLoad<f64>>) {
-        let counts = self.counts(0);
-        let (coordinates, rest) = sample.split_at(counts.coordinates);
-        let (rates, rest) = rest.split_at(counts.dofs);
-        let (accelerations, rest) = rest.split_at(counts.dofs);
-        let (targets, loads) = rest.split_at(3 * counts.targets);
-        let state = State {
-            coordinates: coordinates.to_vec(),
-            rates: rates.to_vec(),
-            accelerations: accelerations.to_vec(),
-        };
-        let target = |t: &[f64]| Target { value: t[0], rate: t[1], acceleration: t[2] };
-        let loads = self.loads.iter().zip(loads.chunks(6)).map(|(load, numbers)| {
-            let Wrench { force, moment } = from_components(numbers);
-            AppliedLoad { force, moment, ..*load }
-        });
-        (state, targets.chunks(3).map(target).collect(), loads.collect())
-    }
-
     /// Compares the results of the program with those of the general kernel, at all samples at
     /// which the program's assumptions hold. Returns `false` if any results differ, or if the
     /// assumptions hold at no sample.

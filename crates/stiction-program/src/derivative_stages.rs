@@ -6,7 +6,7 @@
 //! constant reactions; the iteration is not differentiated. The configuration is treated in the
 //! same way, with one Newton step that closes the loops.
 //!
-//! Equations (P6) and (P7) of the book's theory.
+//! Equations (P7) and (P8) of the book's theory.
 
 use crate::error::RecordError;
 use crate::graph::{Graph, Node, Op};

@@ -11,6 +11,7 @@
 
 use crate::code::{Slots, compile};
 use crate::compiled::Compiled;
+use crate::convergence::Convergence;
 use crate::error::RecordError;
 use crate::forward_stages::ForwardStages;
 use crate::graph::Node;
@@ -18,9 +19,9 @@ use crate::loaded::{LoadPlace, check_loads, place_of};
 use crate::machine::fuses;
 use crate::memory::Memory;
 use crate::recording::{Counts, RecordingSource};
-use crate::run::MOST_LANES;
+use crate::run::{MOST_LANES, Runner};
 use crate::samples::{Sample, samples, seeded_samples};
-use crate::stages::{coupled, early};
+use crate::stages::early;
 use stiction_core::dynamics::{AppliedLoad, InverseDynamics, Weighting};
 use stiction_core::kinematics::{State, Target};
 
@@ -28,21 +29,6 @@ use stiction_core::kinematics::{State, Target};
 const STEPS: usize = 24;
 /// Number of initial Newton steps.
 const NEWTON_STEPS: usize = 1;
-/// If the error after a chord step exceeds this fraction of the error before the step, a Newton
-/// step with a new matrix follows.
-const SLOW: f64 = 0.03;
-/// If a Newton step changes the normal loads by more than this fraction, another Newton step
-/// follows.
-const FAR: f64 = 0.05;
-/// If a Newton step changes the normal loads by at most this fraction, the remaining error is of
-/// the order of the square of this change, and counts as rounding.
-const SETTLED: f64 = 1e-8;
-/// Rounding error of the normal loads, relative to the largest normal load.
-const ROUNDING: f64 = 1e-15;
-/// If a step changes the normal loads by at most this fraction, further steps change them by
-/// rounding only.
-const STILL: f64 = 1e-14;
-
 /// Index of the stage that computes motion and reactions without friction.
 const IDEAL: usize = 0;
 /// Index of the stage that prepares the computation with friction.
@@ -191,14 +177,16 @@ impl ForwardProgram {
         let samples: Vec<Vec<f64>> =
             samples(solver, signal, loads)?.iter().map(Sample::of_tree).collect();
         let pivots = source.mass_pivots(&samples).ok_or(RecordError::NoInertia)?;
+        let form = source.wrench_form(&samples);
         // A first recording with all interfaces determines the interfaces whose friction changes a
         // normal load.
         let all: Vec<usize> = (0..counts.interfaces).collect();
-        let first = source.record_forward(&all, &pivots, &samples);
-        let coupled = coupled(&first.graph, &first.influence, counts.interfaces);
-        let recorded = match coupled.len() == all.len() {
+        let first = source.record_forward(&all, &pivots, &form, &samples);
+        let couples = |interface: &usize| first.couples[*interface];
+        let coupled: Vec<usize> = all.into_iter().filter(couples).collect();
+        let recorded = match coupled.len() == counts.interfaces {
             true => first,
-            false => source.record_forward(&coupled, &pivots, &samples),
+            false => source.record_forward(&coupled, &pivots, &form, &samples),
         };
         let places = loads.iter().map(place_of).collect();
         let program = Self::compile(source.counts(coupled.len()), &recorded, places, machine)?;
@@ -364,83 +352,55 @@ impl ForwardProgram {
     pub fn run(&self, memory: &mut Memory, settled: &mut [bool]) {
         memory.check_flags(settled);
         let runners = self.code.runners(memory.lanes);
-        let Memory { lanes, slots, scratch } = memory;
-        let lanes = *lanes;
+        match memory.lanes {
+            1 => self.run_lanes::<1>(runners, memory, settled),
+            2 => self.run_lanes::<2>(runners, memory, settled),
+            4 => self.run_lanes::<4>(runners, memory, settled),
+            _ => self.run_lanes::<MOST_LANES>(runners, memory, settled),
+        }
+    }
+
+    fn run_lanes<const L: usize>(
+        &self,
+        runners: &[Runner; 5],
+        memory: &mut Memory,
+        settled: &mut [bool],
+    ) {
+        let Memory { slots, scratch, .. } = memory;
         runners[FIRST].run(slots, scratch);
-        self.take(slots, lanes, &self.places.start);
-        settled[..lanes].fill(self.counts.coupled == 0);
-        // Changes of the last step relative to the largest normal load.
-        let mut changes = [1.0; MOST_LANES];
-        let mut is_slow = false;
-        let mut newton_before = None;
+        self.take::<L>(slots, &self.places.start);
+        let mut done = [self.counts.coupled == 0; L];
+        let mut convergence = Convergence::<L>::new();
+        let given = self.counts.inputs() + self.counts.drives;
         for step in 0..STEPS {
-            if settled[..lanes].iter().all(|settled| *settled) {
+            if done == [true; L] {
                 break;
             }
-            let newton = step < NEWTON_STEPS || is_slow || step >= STEPS / 2;
+            let newton = step < NEWTON_STEPS || convergence.is_slow() || step >= STEPS / 2;
             runners[if newton { NEWTON } else { CHORD }].run(slots, scratch);
             let next = if newton { &self.places.newton } else { &self.places.chord };
-            let kind = (newton, newton_before == Some(newton));
-            is_slow = self.compare(slots, lanes, next, kind, &mut changes, settled);
-            newton_before = Some(newton);
-            self.take(slots, lanes, next);
+            let (lanes, _) = slots.as_chunks::<L>();
+            let loads = next.iter().map(|next| &lanes[*next as usize]).zip(&lanes[given..]);
+            let determinant = &lanes[self.places.determinant as usize];
+            done = convergence.after(newton, loads, determinant);
+            self.take::<L>(slots, next);
         }
         runners[LAST].run(slots, scratch);
-        for (lane, settled) in settled.iter_mut().enumerate().take(lanes) {
-            *settled &= memory.read(self.places.guard, lane) > 0.0;
+        let guard = slots.as_chunks::<L>().0[self.places.guard as usize];
+        for ((settled, done), guard) in settled.iter_mut().zip(done).zip(guard) {
+            *settled = done && guard > 0.0;
         }
     }
 
     /// Copies normal loads from the slots `from` to the inputs of the next Newton or chord step.
-    fn take(&self, slots: &mut [f64], lanes: usize, from: &[u32]) {
+    fn take<const L: usize>(&self, slots: &mut [f64], from: &[u32]) {
         let given = self.counts.inputs() + self.counts.drives;
+        let (slots, _) = slots.as_chunks_mut::<L>();
         for (k, from) in from.iter().enumerate() {
-            let from = *from as usize * lanes..(*from as usize + 1) * lanes;
-            slots.copy_within(from.clone(), (given + k) * lanes);
-            slots.copy_within(from, (given + self.counts.coupled + k) * lanes);
+            let loads = slots[*from as usize];
+            slots[given + k] = loads;
+            slots[given + self.counts.coupled + k] = loads;
         }
-    }
-
-    /// Checks for each lane whether the normal loads have converged to rounding. Returns `true` if
-    /// the next step must be a Newton step, because a chord step converged slowly or the last
-    /// Newton step changed the normal loads too much. The change in a step approximates the error
-    /// before the step. A Newton step squares the error. A chord step reduces the error by a
-    /// constant factor, which follows from the last two steps if both were chord steps. One small
-    /// change is not sufficient, because slowly converging loads may change little at first.
-    fn compare(
-        &self,
-        slots: &[f64],
-        lanes: usize,
-        next: &[u32],
-        (newton, again): (bool, bool),
-        changes: &mut [f64],
-        settled: &mut [bool],
-    ) -> bool {
-        let given = self.counts.inputs() + self.counts.drives;
-        let mut is_slow = false;
-        for lane in 0..lanes {
-            let (mut change, mut largest) = (0.0_f64, f64::MIN_POSITIVE);
-            for (k, next) in next.iter().enumerate() {
-                let now = slots[*next as usize * lanes + lane];
-                let moved = (now - slots[(given + k) * lanes + lane]).abs();
-                // NaN must not pass as small.
-                change = if moved.is_nan() { f64::INFINITY } else { change.max(moved) };
-                largest = largest.max(now.abs());
-            }
-            let (before, now) = (changes[lane], change / largest);
-            changes[lane] = now;
-            let rate = now / before;
-            let determinant = slots[self.places.determinant as usize * lanes + lane];
-            let is_still = if newton {
-                let left = now * now * (rate / before).max(now);
-                now <= SETTLED || again && now < 1e-3 && left <= ROUNDING
-            } else {
-                now <= STILL || again && rate < 0.5 && now * rate / (1.0 - rate) <= ROUNDING
-            };
-            settled[lane] = is_still && determinant > 0.0;
-            is_slow |= !is_still && if newton { now > FAR } else { rate > SLOW };
-        }
-        is_slow
     }
 
     /// Acceleration without friction of a coordinate that the recording solver prescribes, rad/s^2

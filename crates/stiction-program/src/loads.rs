@@ -1,43 +1,83 @@
-//! Normal loads of friction interfaces as functions of the friction forces, for recordings.
+//! Normal loads of friction interfaces as functions of normal loads and accelerations, for
+//! recordings.
 //!
-//! Joint wrenches are affine in friction forces, normal loads are functions of joint wrenches, and
-//! friction forces are affine in normal loads.
+//! Friction forces are affine in the normal loads, joint wrenches are affine in friction forces and
+//! in the accelerations of the prescribed coordinates, and normal loads are functions of joint
+//! wrenches. Friction changes the wrenches at fixed accelerations only near its own joint, so most
+//! of these changes are zero. All other changes are due to accelerations.
 
+use crate::motions::UnitAccelerations;
 use crate::recorded::Recorded;
 use stiction_core::dynamics::InterfaceState;
 use stiction_core::friction::Load;
 use stiction_core::kinematics::Bodies;
-use stiction_core::parameters::{InterfaceParameters, Parameters};
-use stiction_core::scalar::Scalar;
+use stiction_core::parameters::Parameters;
 use stiction_core::spatial::{Mat3, Pose, Vec3, Wrench};
 
-/// Data from which the normal loads under given friction forces are computed.
+/// Data from which the normal loads under given friction forces and accelerations are computed.
 pub(crate) struct Loads<'a> {
     pub(crate) parameters: &'a Parameters<Recorded>,
     pub(crate) bodies: &'a Bodies<Recorded>,
     pub(crate) states: &'a [InterfaceState<Recorded>],
     /// Indices of the coupled interfaces: those whose normal loads are unknowns of the iteration.
     pub(crate) coupled: &'a [usize],
-    /// Frictionless wrench of each interface's joint in the joint's frame J, because many normal
-    /// loads depend on only two components in this frame. For a ball, whose normal load does not
-    /// depend on the axes, the wrench is expressed in world axes.
-    pub(crate) without: Vec<Wrench<Recorded>>,
-    /// For each interface, the change of its joint's wrench per unit friction force of each coupled
-    /// interface, in the frame of `without`.
-    pub(crate) added: Vec<Vec<Wrench<Recorded>>>,
+    /// Changes due to unit accelerations.
+    pub(crate) units: &'a UnitAccelerations<Recorded>,
+    /// `true` if the rows contain changes per unit acceleration of each degree of freedom of the
+    /// tree, `false` for those of each prescribed coordinate.
+    pub(crate) by_tree: bool,
+    /// Rows of all interfaces.
+    pub(crate) rows: Vec<Row>,
+}
+
+/// Wrench of an interface's joint, in the joint's frame J, because many normal loads depend on only
+/// two components in this frame. For a ball, whose normal load does not depend on the axes, the
+/// wrench is expressed in world axes.
+pub(crate) struct Row {
+    /// Wrench without friction and accelerations.
+    ideal: Wrench<Recorded>,
+    /// The same wrench with those parts of the friction forces of coupled interfaces that do not
+    /// depend on the normal loads.
+    unloaded: Wrench<Recorded>,
+    /// Change of the wrench per unit normal load of each coupled interface.
+    by_load: Vec<Wrench<Recorded>>,
+    /// Change of the wrench per unit acceleration of each degree of freedom of the tree, or of each
+    /// prescribed coordinate.
+    by_acceleration: Vec<Wrench<Recorded>>,
+}
+
+/// Sum of `start` and of the given wrenches, each multiplied by its amount.
+fn sum(start: Wrench<Recorded>, of: &[Wrench<Recorded>], amounts: &[Recorded]) -> Wrench<Recorded> {
+    of.iter().zip(amounts).fold(start, |sum, (wrench, amount)| sum + *wrench * *amount)
 }
 
 impl Loads<'_> {
-    pub(crate) fn interface(
-        &self,
-        interface: usize,
-    ) -> (&InterfaceParameters<Recorded>, &InterfaceState<Recorded>) {
-        (&self.parameters.interfaces[interface], &self.states[interface])
+    /// Adds the row of the next interface, with the changes of the wrench per newton of friction of
+    /// each coupled interface and per unit acceleration of each degree of freedom of the tree.
+    pub(crate) fn push(
+        &mut self,
+        ideal: Wrench<Recorded>,
+        by_friction: &[Wrench<Recorded>],
+        of_tree: &[Wrench<Recorded>],
+    ) {
+        let by_acceleration = match self.by_tree {
+            true => of_tree.to_vec(),
+            false => {
+                self.units.tree.iter().map(|unit| sum(Wrench::zero(), of_tree, unit)).collect()
+            }
+        };
+        let parts = self.coupled.iter().map(|interface| self.states[*interface].resistance());
+        let (coefficients, constants): (Vec<Recorded>, Vec<Recorded>) = parts.unzip();
+        let by_load = by_friction.iter().zip(coefficients).map(|(change, c)| *change * c);
+        let by_load = by_load.collect();
+        let unloaded = sum(ideal, by_friction, &constants);
+        self.rows.push(Row { ideal, unloaded, by_load, by_acceleration });
     }
 
-    /// Derivative of an interface's friction force with respect to its normal load.
-    pub(crate) fn coefficient(&self, interface: usize) -> Recorded {
-        self.states[interface].resistance().0
+    /// Accelerations on which the rows depend, for given accelerations of the prescribed
+    /// coordinates.
+    pub(crate) fn accelerations(&self, targets: &[Recorded]) -> Vec<Recorded> {
+        if self.by_tree { self.units.of_tree(targets) } else { targets.to_vec() }
     }
 
     /// Friction force of an interface under a normal load.
@@ -46,88 +86,71 @@ impl Loads<'_> {
         coefficient * load + constant
     }
 
-    /// Friction forces of the coupled interfaces under the given normal loads.
-    pub(crate) fn forces(&self, loads: &[Recorded]) -> Vec<Recorded> {
-        self.coupled
-            .iter()
-            .zip(loads)
-            .map(|(interface, load)| self.force(*interface, *load))
-            .collect()
-    }
-
     /// Normal load of an interface under a wrench of its joint.
-    pub(crate) fn load(&self, interface: usize, wrench: Wrench<Recorded>) -> Load<Recorded> {
-        let (parameters, state) = self.interface(interface);
+    fn load(&self, interface: usize, wrench: Wrench<Recorded>) -> Load<Recorded> {
+        let (parameters, state) = (&self.parameters.interfaces[interface], &self.states[interface]);
         let joint = parameters.joint;
         let here = Pose { rotation: Mat3::identity(), position: Vec3::zero() };
         let across = self.bodies.frame_j[joint].inverse() * self.bodies.frame_k[joint];
         state.load_in(parameters, self.parameters.pitch[joint], &here, &across, wrench)
     }
 
-    /// Normal load of one interface for the given friction forces of the coupled interfaces.
-    pub(crate) fn under(&self, interface: usize, forces: &[Recorded]) -> Load<Recorded> {
-        let mut wrench = self.without[interface];
-        for (added, force) in self.added[interface].iter().zip(forces) {
-            wrench += *added * *force;
-        }
-        self.load(interface, wrench)
+    /// Normal load of one interface under the friction that the normal loads `loads` of the coupled
+    /// interfaces cause, with the [`Self::accelerations`].
+    fn under(
+        &self,
+        interface: usize,
+        loads: &[Recorded],
+        accelerations: &[Recorded],
+    ) -> Load<Recorded> {
+        let Row { unloaded, by_load, by_acceleration, .. } = &self.rows[interface];
+        let wrench = sum(*unloaded, by_load, loads);
+        self.load(interface, sum(wrench, by_acceleration, accelerations))
     }
 
-    /// Normal loads of all coupled interfaces for the given friction forces of these interfaces.
-    pub(crate) fn all_under(&self, forces: &[Recorded]) -> Vec<Load<Recorded>> {
-        self.coupled.iter().map(|row| self.under(*row, forces)).collect()
-    }
-
-    /// Normal loads of the coupled interfaces without friction, the initial guess of the iteration.
-    pub(crate) fn initial_loads(&self) -> Vec<Recorded> {
-        let none = vec![Recorded::zero(); self.coupled.len()];
-        self.all_under(&none).iter().map(|load| load.value).collect()
-    }
-
-    /// Derivative of each interface's normal load (row) with respect to the friction force of each
-    /// coupled interface (column), row by row.
-    pub(crate) fn influences(&self, forces: &[Recorded]) -> Vec<Recorded> {
-        let rows = self.added.iter().enumerate();
-        let of_row = |(row, added): (usize, &Vec<Wrench<Recorded>>)| {
-            let load = self.under(row, forces);
-            added.iter().map(|added| load.gradient.power(*added)).collect::<Vec<_>>()
+    /// Normal loads of the coupled interfaces without friction.
+    pub(crate) fn frictionless(&self, accelerations: &[Recorded]) -> Vec<Recorded> {
+        let of = |row: &usize| {
+            let Row { ideal, by_acceleration, .. } = &self.rows[*row];
+            self.load(*row, sum(*ideal, by_acceleration, accelerations)).value
         };
-        rows.flat_map(of_row).collect()
+        self.coupled.iter().map(of).collect()
     }
 
-    /// Residuals of the given normal loads: differences between these loads and the normal loads
-    /// `found`, which result from the friction under the given loads. Residuals vanish at the
-    /// solution.
-    pub(crate) fn residuals(loads: &[Recorded], found: &[Load<Recorded>]) -> Vec<Recorded> {
-        loads.iter().zip(found).map(|(load, found)| *load - found.value).collect()
+    /// Normal loads of the coupled interfaces under the friction that the normal loads `loads`
+    /// cause.
+    pub(crate) fn all_under(
+        &self,
+        loads: &[Recorded],
+        accelerations: &[Recorded],
+    ) -> Vec<Load<Recorded>> {
+        self.coupled.iter().map(|row| self.under(*row, loads, accelerations)).collect()
     }
 
-    /// Jacobian of the residuals of the coupled interfaces (rows) with respect to their normal
-    /// loads (columns).
-    pub(crate) fn matrix(&self, found: &[Load<Recorded>]) -> Vec<Vec<Recorded>> {
-        let row = |(&row, load): (&usize, &Load<Recorded>)| {
-            let entry = |(&column, added): (&usize, &Wrench<Recorded>)| {
-                self.slope(row, column, load.gradient.power(*added))
+    /// Derivatives of the normal loads `found` of the coupled interfaces (rows) with respect to the
+    /// normal loads that cause friction, at fixed accelerations, then with respect to the
+    /// accelerations of the prescribed coordinates (columns).
+    pub(crate) fn slopes(&self, found: &[Load<Recorded>]) -> Vec<Vec<Recorded>> {
+        let row = |(row, load): (&usize, &Load<Recorded>)| {
+            let Row { by_load, by_acceleration, .. } = &self.rows[*row];
+            let slopes = |changes: &[Wrench<Recorded>]| -> Vec<Recorded> {
+                changes.iter().map(|change| load.gradient.power(*change)).collect()
             };
-            self.coupled.iter().zip(&self.added[row]).map(entry).collect()
+            let mut by_acceleration = slopes(by_acceleration);
+            if self.by_tree {
+                by_acceleration = self.units.of_targets(&by_acceleration);
+            }
+            [slopes(by_load), by_acceleration].concat()
         };
         self.coupled.iter().zip(found).map(row).collect()
     }
 
-    /// Derivative of the residual of interface `row` with respect to the normal load of interface
-    /// `column`. `influence` is the derivative of the normal load of `row` with respect to the
-    /// friction force of `column`.
-    pub(crate) fn slope(&self, row: usize, column: usize, influence: Recorded) -> Recorded {
-        let own = Recorded::from_f64(if row == column { 1.0 } else { 0.0 });
-        own - influence * self.coefficient(column)
-    }
-
     /// Normal loads of all interfaces: `loads` for the coupled interfaces; for all others, the
-    /// normal loads under the friction forces `forces` of the coupled interfaces.
-    pub(crate) fn of_all(&self, loads: &[Recorded], forces: &[Recorded]) -> Vec<Recorded> {
+    /// normal loads under the friction of the coupled interfaces.
+    pub(crate) fn of_all(&self, loads: &[Recorded], accelerations: &[Recorded]) -> Vec<Recorded> {
         let of = |row: usize| {
             let given = self.coupled.iter().position(|interface| *interface == row);
-            given.map_or_else(|| self.under(row, forces).value, |at| loads[at])
+            given.map_or_else(|| self.under(row, loads, accelerations).value, |at| loads[at])
         };
         (0..self.states.len()).map(of).collect()
     }

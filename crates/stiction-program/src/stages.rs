@@ -56,17 +56,6 @@ fn dependent(ops: &[Op], late: impl Fn(usize) -> bool) -> Vec<bool> {
     depends
 }
 
-/// Returns the indices of those friction interfaces, out of `count`, whose friction changes a
-/// normal load. `influence` lists, row by row, the derivative of each interface's normal load with
-/// respect to the friction force of each interface.
-pub(crate) fn coupled(graph: &Graph, influence: &[Node], count: usize) -> Vec<usize> {
-    let changes_a_load = |column: &usize| {
-        let mut of_column = influence.iter().skip(*column).step_by(count.max(1));
-        of_column.any(|node| graph.constant(*node) != Some(0.0))
-    };
-    (0..count).filter(changes_a_load).collect()
-}
-
 /// Adds a guard node to `merged`. The node is positive if the results `stage` of the original graph
 /// `of` equal those of the merged graph, because all conditions in `guards` on which these results
 /// depend are satisfied.
@@ -89,12 +78,12 @@ pub(crate) fn holds(of: &Graph, stage: &[Node], guards: &[Guard], merged: &mut G
     holds
 }
 
-/// Replaces the inputs with index `first` and higher by the nodes `by`, which must not depend on
-/// these inputs. Returns the new graph, and the new node of each old node.
+/// Replaces the inputs with index `first` and higher by the nodes `by`. These nodes may depend on
+/// replaced inputs with a lower index. Returns the new graph, and the new node of each old node.
 pub(crate) fn with_inputs_replaced(graph: &Graph, first: usize, by: &[Node]) -> (Graph, Vec<Node>) {
     let ops = graph.ops();
     let replaced = |op: &Op| match op {
-        Op::Input(place) => (*place as usize).checked_sub(first),
+        Op::Input(place) => (*place as usize).checked_sub(first).map(|place| by[place]),
         _ => None,
     };
     let mut depends = vec![false; ops.len()];
@@ -103,14 +92,27 @@ pub(crate) fn with_inputs_replaced(graph: &Graph, first: usize, by: &[Node]) -> 
             replaced(op).is_some() || op.operands().any(|operand| depends[operand as usize]);
     }
     let mut new = Graph::default();
-    let mut new_of = vec![0; ops.len()];
-    for dependent in [false, true] {
-        for (k, op) in ops.iter().enumerate().filter(|(k, _)| depends[*k] == dependent) {
-            new_of[k] = match replaced(op) {
-                Some(place) => new_of[by[place] as usize],
-                None => new.add(op.map(|operand| new_of[operand as usize])),
-            };
+    let mut new_of: Vec<Option<Node>> = vec![None; ops.len()];
+    // Nodes that do not depend on the inputs keep their places before all others.
+    let all = 0..ops.len();
+    let roots = all.clone().filter(|k| !depends[*k]).chain(all.filter(|k| depends[*k]));
+    let mut open = Vec::new();
+    for root in roots {
+        open.push(root);
+        while let Some(&node) = open.last() {
+            let op = ops[node];
+            let before = replaced(&op).into_iter().chain(op.operands());
+            let missing = before.filter(|other| new_of[*other as usize].is_none());
+            let count = open.len();
+            open.extend(missing.map(|other| other as usize));
+            if open.len() > count {
+                continue;
+            }
+            open.pop();
+            let of = |other: Node| new_of[other as usize].unwrap_or_default();
+            let made = replaced(&op).map_or_else(|| new.add(op.map(of)), of);
+            new_of[node] = Some(made);
         }
     }
-    (new, new_of)
+    (new, new_of.into_iter().map(Option::unwrap_or_default).collect())
 }

@@ -83,6 +83,34 @@ impl Model {
         inverse.solve(self, parameters, kinematics, loads, settings);
     }
 
+    /// Computes rates and accelerations for prescribed motions, one target for each coordinate, at
+    /// the configuration in `data`, which must close the loops. Computes no forces.
+    pub fn differentiate<T: Scalar>(
+        &self,
+        parameters: &Parameters<T>,
+        data: &mut Data<T>,
+        targets: &[Target<T>],
+    ) {
+        let Data { state, kinematics, .. } = data;
+        kinematics.differentiate(&self.kinematic, parameters, state, targets);
+    }
+
+    /// Computes efforts and reactions for the given accelerations of the spanning tree, with the
+    /// configuration and rates of the last [`Self::differentiate`] or [`Self::evaluate`]. The
+    /// accelerations need not be possible with closed loops: forces depend on them in an affine
+    /// way, so that those of possible accelerations are sums of those of single accelerations.
+    pub fn forces<T: Scalar>(
+        &self,
+        parameters: &Parameters<T>,
+        data: &mut Data<T>,
+        accelerations: &[T],
+        loads: &[AppliedLoad<T>],
+    ) {
+        let Data { kinematics, inverse, settings, .. } = data;
+        kinematics.bodies.accelerate(self.topology(), accelerations);
+        inverse.solve(self, parameters, kinematics, loads, settings);
+    }
+
     /// Takes one Newton step towards closed loops and prescribed values, for any scalar type.
     /// [`Kinematics::scaled_errors`] returns the errors before the step.
     pub fn approach<T: Scalar>(

@@ -17,7 +17,7 @@ pub(super) struct Members<'a> {
     data: &'a Data,
     balance: &'a Balance,
     members: Vec<Member>,
-    /// Response of the mechanism to one unit of each unknown friction.
+    /// Response of the mechanism to one unit of each unknown friction, as soon as the problem is built.
     pub(super) units: Vec<Response>,
     /// Index of the interface of each unknown, and the wrench at its joint per unit of the unknown.
     wrenches: Vec<(usize, Wrench<f64>)>,
@@ -77,14 +77,9 @@ impl<'a> Members<'a> {
         law: MemberLaw,
         wrenches: impl IntoIterator<Item = Wrench<f64>>,
     ) {
-        let (model, data) = (self.model, self.data);
-        let joint = model.parameters.interfaces[interface].joint;
-        let first = self.units.len();
-        for wrench in wrenches {
-            self.units.push(self.balance.respond(model, data, &[(joint, wrench)], false));
-            self.wrenches.push((interface, wrench));
-        }
-        self.members.push(Member { interface, places: first..self.units.len(), law });
+        let first = self.wrenches.len();
+        self.wrenches.extend(wrenches.into_iter().map(|wrench| (interface, wrench)));
+        self.members.push(Member { interface, places: first..self.wrenches.len(), law });
     }
 
     /// Builds the complementarity problem. `base` is the response without the unknown frictions,
@@ -93,13 +88,17 @@ impl<'a> Members<'a> {
     /// not change. A friction force changes every other rate by the acceleration that it causes
     /// times `step`.
     pub(super) fn problem(
-        &self,
+        &mut self,
         base: &Response,
         step: f64,
         free: impl Fn(usize) -> [f64; 3],
         prescribed: &[f64],
     ) -> Complementarity<'a> {
         let (model, data) = (self.model, self.data);
+        let joint = |interface: usize| model.parameters.interfaces[interface].joint;
+        let efforts: Vec<_> =
+            self.wrenches.iter().map(|(c, wrench)| (joint(*c), *wrench)).collect();
+        self.units = self.balance.responses(model, data, &efforts);
         let count = self.units.len();
         let (mut rates, mut compliance) = (vec![0.0; count], vec![0.0; count * count]);
         for member in self.members.iter().filter(|m| !matches!(m.law, MemberLaw::Sliding(_))) {
@@ -113,11 +112,9 @@ impl<'a> Members<'a> {
                     continue;
                 }
                 rates[i] = own[place];
+                let rate = model.surface_rates(&data.bodies, member.interface, place);
                 for (j, unit) in self.units.iter().enumerate() {
-                    let accelerations = &unit.accelerations;
-                    let rate =
-                        model.surface_rate(&data.bodies, accelerations, member.interface, place);
-                    compliance[i * count + j] = step * rate;
+                    compliance[i * count + j] = step * rate(&unit.accelerations);
                 }
             }
         }

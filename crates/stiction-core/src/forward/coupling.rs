@@ -8,7 +8,7 @@
 
 use super::Forward;
 use super::affine_friction::AffineFriction;
-use super::balance::{Balance, Four, Response, Workspace};
+use super::balance::{Balance, Response, Workspace, one_of_four};
 use super::constraint_jacobian::StickingDof;
 use super::data::Data;
 use super::transmitted::LoadSide;
@@ -19,7 +19,7 @@ use crate::friction_problem::load_problem::{LoadProblem, LoadWorkspace};
 use crate::friction_problem::newton::{Accepted, UNBOUNDED, largest};
 use crate::friction_problem::uniqueness::BoundStart;
 use crate::random::Random;
-use crate::spatial::{Vec3, Wrench};
+use crate::spatial::Wrench;
 
 /// Step sizes of the continuation from zero to full friction. The shortest step bounds the
 /// computing time: every trial of modes repeats the continuation, which needs about 60 steps to
@@ -112,10 +112,9 @@ impl Influence for Responses<'_> {
             let (wrenches, multipliers) = balance.respond_to_four(model, data, four, workspace);
             for (row, (joint, _)) in units.iter().enumerate() {
                 let held = load_side.held(interfaces[row], multipliers);
-                let Wrench { force, moment } = wrenches[*joint] - held;
+                let wrenches = wrenches[*joint] - held;
                 for lane in 0..four.len() {
-                    let of = |v: Vec3<Four>| Vec3::new(v.x.0[lane], v.y.0[lane], v.z.0[lane]);
-                    let wrench = Wrench { force: of(force), moment: of(moment) };
+                    let wrench = one_of_four(&wrenches, lane);
                     let column = 4 * block + lane;
                     put(row, column, wrench - behind(row, column));
                 }

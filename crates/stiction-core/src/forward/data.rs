@@ -74,6 +74,15 @@ impl Clone for FrictionDistribution {
     }
 }
 
+/// Static frictions of a mechanism at rest, and the reactions that act together with them.
+#[derive(Debug)]
+pub(super) struct KnownForces {
+    /// Friction of each interface at the surface, N.
+    pub(super) frictions: Vec<[f64; 3]>,
+    /// Reactions, see [`FrictionDistribution::reference_reactions`].
+    pub(super) reactions: Vec<f64>,
+}
+
 impl FrictionDistribution {
     /// Distributes frictions evenly among `count` interfaces.
     pub(super) fn even(count: usize) -> Self {
@@ -82,6 +91,23 @@ impl FrictionDistribution {
             reference_frictions: vec![[0.0; 3]; count],
             ..Self::default()
         }
+    }
+
+    /// Makes forces the references. `weight` is the weight of the reactions.
+    pub(super) fn refer_to(&mut self, forces: &KnownForces, weight: f64) {
+        self.reference_frictions.clone_from(&forces.frictions);
+        self.reaction_weight = weight;
+        self.reference_reactions.clear();
+        if weight > 0.0 {
+            self.reference_reactions.extend_from_slice(&forces.reactions);
+        }
+    }
+
+    /// Makes zero the reference of frictions again, without reactions.
+    pub(super) fn refer_to_zero(&mut self) {
+        self.reference_frictions.fill([0.0; 3]);
+        self.reaction_weight = 0.0;
+        self.reference_reactions.clear();
     }
 }
 

@@ -58,16 +58,26 @@ impl Forward {
         interface: usize,
         place: usize,
     ) -> f64 {
+        self.surface_rates(bodies, interface, place)(rates)
+    }
+
+    /// Returns [`Self::surface_rate`] as a function of the rates of the spanning tree.
+    pub(super) fn surface_rates(
+        &self,
+        bodies: &Bodies<f64>,
+        interface: usize,
+        place: usize,
+    ) -> impl Fn(&[f64]) -> f64 + use<> {
         let topology = &self.topology;
         let content = &self.parameters.interfaces[interface];
         let arm = content.arms(self.parameters.pitch[content.joint])[place];
         let dof = &topology.joint_types[content.joint].dofs()[content.shape.dofs().start + place];
         let effort = bodies.effort(dof, content.joint);
-        let mut rate = 0.0;
+        let mut terms = Vec::new();
         each_dof(topology, content.joint, |tree_dof, sign| {
-            rate += sign * bodies.screws[tree_dof].power(effort) * rates[tree_dof];
+            terms.push((tree_dof, sign * bodies.screws[tree_dof].power(effort)));
         });
-        arm * rate
+        move |rates| arm * terms.iter().map(|(tree_dof, part)| part * rates[*tree_dof]).sum::<f64>()
     }
 
     /// Computes the sliding velocity of an interface along one of its DOFs, m/s, from the rates of

@@ -13,6 +13,11 @@ pub(super) fn blocks_of(count: usize) -> usize {
 /// Stores numbers in blocks, padding the last one with zeros.
 pub(crate) fn pack(numbers: &[f64], blocks: &mut Vec<Four>) {
     blocks.clear();
+    pack_after(numbers, blocks);
+}
+
+/// Appends numbers in blocks, padding the last one with zeros.
+pub(super) fn pack_after(numbers: &[f64], blocks: &mut Vec<Four>) {
     let of = |chunk: &[f64]| Four::from_fn(|l| chunk.get(l).copied().unwrap_or(0.0));
     blocks.extend(numbers.chunks(4).map(of));
 }
@@ -56,14 +61,33 @@ pub(super) use by_width;
 /// the solution. Returns `Some(true)` if the determinant is positive, and `None` if the matrix is
 /// singular.
 pub(super) fn solve_in_place(matrix: &mut [Four], right: &mut [f64]) -> Option<bool> {
+    solve_if_regular(matrix, right, 0.0)
+}
+
+/// Solves the system like [`solve_in_place`], but returns `None` if a pivot is at most the fraction
+/// `least` of the largest entry.
+pub(super) fn solve_if_regular(matrix: &mut [Four], right: &mut [f64], least: f64) -> Option<bool> {
     let width = blocks_of(right.len());
-    by_width!(width, W => eliminate(matrix, W, right), eliminate(matrix, width, right))
+    let negligible = match least {
+        0.0 => 0.0,
+        _ => least * matrix.iter().flat_map(|block| block.0).fold(0.0_f64, |m, x| m.max(x.abs())),
+    };
+    by_width!(
+        width,
+        W => eliminate(matrix, W, right, negligible),
+        eliminate(matrix, width, right, negligible)
+    )
 }
 
 /// Solves the system like [`solve_in_place`], with `width` blocks per row. Inlined, so that a
 /// constant `width` unrolls the loops over the blocks of a row.
 #[inline(always)]
-fn eliminate(matrix: &mut [Four], width: usize, right: &mut [f64]) -> Option<bool> {
+fn eliminate(
+    matrix: &mut [Four],
+    width: usize,
+    right: &mut [f64],
+    negligible: f64,
+) -> Option<bool> {
     let n = right.len();
     let matrix = matrix.get_mut(..n * width)?;
     let mut positive = true;
@@ -86,7 +110,7 @@ fn eliminate(matrix: &mut [Four], width: usize, right: &mut [f64]) -> Option<boo
         let (above, below) = matrix.split_at_mut((k + 1) * width);
         let row = &above[k * width..];
         let pivot = row[block].0[lane];
-        if pivot == 0.0 || pivot.is_nan() {
+        if pivot.abs() <= negligible || pivot.is_nan() {
             return None;
         }
         positive ^= pivot < 0.0;

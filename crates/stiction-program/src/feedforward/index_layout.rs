@@ -9,7 +9,7 @@
 //! joint. All other unknowns (those of joints that close loops, and of gearings) are columns of the
 //! dense system.
 //!
-//! Equation (P8) of the book's theory.
+//! Equation (P9) of the book's theory.
 
 use std::collections::VecDeque;
 use stiction_core::joint::{Constraint, Dof, JointType};

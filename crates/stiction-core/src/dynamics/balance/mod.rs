@@ -195,7 +195,7 @@ impl<T: Scalar> Balance<T> {
             self.measure(plan, parameters, bodies);
             program.solve(&self.factors, &mut self.right, &mut self.correction);
             if pass < passes {
-                // Derivatives follow from the residual of the last pass, equation (P7) of the
+                // Derivatives follow from the residual of the last pass, equation (P8) of the
                 // book's theory.
                 self.correction.iter_mut().for_each(|change| *change = change.held());
             }

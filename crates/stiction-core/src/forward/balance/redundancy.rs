@@ -16,8 +16,9 @@ use super::response::Response;
 use crate::forward::Forward;
 use crate::forward::constraint_jacobian::ConstraintRows;
 use crate::forward::data::{Data, FrictionDistribution};
+use crate::kinematics::Bodies;
 use crate::linalg::Svd;
-use crate::spatial::Vec3;
+use crate::spatial::{Vec3, Wrench};
 use crate::statics::DETERMINED;
 use nalgebra::{DMatrix, DVector};
 
@@ -175,12 +176,12 @@ pub(in crate::forward) struct Workspace {
 /// Calls `put` with the reactions of all joints: forces, N, and moments divided by the
 /// characteristic length, N, in the axes of the joint, six numbers for each joint.
 pub(in crate::forward) fn reactions(
-    (model, data): (&Forward, &Data),
-    response: &Response,
+    (model, bodies): (&Forward, &Bodies<f64>),
+    wrenches: &[Wrench<f64>],
     mut put: impl FnMut(f64),
 ) {
-    for (joint, vectors) in joint_vectors((model, data), response) {
-        let rotation = &data.bodies.frame_j[joint].rotation;
+    for (joint, vectors) in joint_vectors((model, bodies), wrenches) {
+        let rotation = &bodies.frame_j[joint].rotation;
         for vector in vectors {
             rotation.transpose_mul(vector).to_array().into_iter().for_each(&mut put);
         }
@@ -190,13 +191,13 @@ pub(in crate::forward) fn reactions(
 /// Returns the index of each joint with its force, N, and its moment about the joint divided by the
 /// characteristic length, N, in world axes.
 fn joint_vectors<'a>(
-    (model, data): (&'a Forward, &'a Data),
-    response: &'a Response,
+    (model, bodies): (&'a Forward, &'a Bodies<f64>),
+    wrenches: &'a [Wrench<f64>],
 ) -> impl Iterator<Item = (usize, [Vec3<f64>; 2])> {
     // The joints of added motor shafts are not part of the machine and are excluded.
     let own = model.mechanism.joints().len();
-    response.wrenches.iter().take(own).enumerate().map(|(joint, wrench)| {
-        let moment = wrench.moment_about(data.bodies.frame_j[joint].position);
+    wrenches.iter().take(own).enumerate().map(|(joint, wrench)| {
+        let moment = wrench.moment_about(bodies.frame_j[joint].position);
         (joint, [wrench.force, moment * (1.0 / model.parameters.length)])
     })
 }
@@ -216,7 +217,8 @@ fn weigh(
             multipliers.filter_map(|(row, m)| row.friction_scale.map(|s| m / s)).for_each(&mut put);
             let weight = data.distribution.reaction_weight;
             if weight > 0.0 {
-                reactions((model, data), response, |number| put(weight * number));
+                let each = |number| put(weight * number);
+                reactions((model, &data.bodies), &response.wrenches, each);
             }
         }
         Criterion::Efforts => {
@@ -226,7 +228,8 @@ fn weigh(
             actuated.map(|(row, m)| m * weight(row.scale != 1.0)).for_each(put);
         }
         Criterion::Energy | Criterion::Reactions => {
-            for (joint, [force, moment]) in joint_vectors((model, data), response) {
+            for (joint, [force, moment]) in joint_vectors((model, &data.bodies), &response.wrenches)
+            {
                 let rotation = &data.bodies.frame_j[joint].rotation;
                 let weights = match (&model.parameters.compliance, criterion) {
                     (Some(all), Criterion::Energy) => all[joint],

@@ -139,6 +139,37 @@ impl Balance {
         self.redundancy.apply((model, data), &self.rows, whole, redundancy, response);
     }
 
+    /// Computes the response to each of the given joint wrenches alone. Requires a dense factorisation.
+    pub(in crate::forward) fn responses(
+        &self,
+        model: &Forward,
+        data: &Data,
+        efforts: &[(usize, Wrench<f64>)],
+    ) -> Vec<Response> {
+        let mut workspace = Workspace::default();
+        let mut responses = Vec::with_capacity(efforts.len());
+        for efforts in efforts.chunks(4) {
+            self.accelerate_by_four(model, data, efforts, &mut workspace);
+            let Workspace { four, redundancy, .. } = &mut workspace;
+            for lane in 0..efforts.len() {
+                let numbers = |of: &[Four]| of.iter().map(|x| x.0[lane]).collect();
+                let mut response = Response {
+                    accelerations: numbers(&four.accelerations),
+                    multipliers: numbers(&four.multipliers),
+                    wrenches: four
+                        .wrenches
+                        .iter()
+                        .map(|wrench| one_of_four(wrench, lane))
+                        .collect(),
+                };
+                let of = (model, data);
+                self.redundancy.apply(of, &self.rows, false, redundancy, &mut response);
+                responses.push(response);
+            }
+        }
+        responses
+    }
+
     /// Computes the joint wrenches and multipliers that each of up to four given joint wrenches
     /// causes alone. Requires a dense factorisation without redundant constraints.
     pub(in crate::forward) fn respond_to_four<'s>(
@@ -149,6 +180,18 @@ impl Balance {
         workspace: &'s mut Workspace,
     ) -> (&'s [Wrench<Four>], &'s [Four]) {
         debug_assert!(!self.is_redundant(), "reactions are not unique");
+        self.accelerate_by_four(model, data, efforts, workspace);
+        (&workspace.four.wrenches, &workspace.four.multipliers)
+    }
+
+    /// Computes `workspace.four` for up to four given joint wrenches, each of which acts alone.
+    fn accelerate_by_four(
+        &self,
+        model: &Forward,
+        data: &Data,
+        efforts: &[(usize, Wrench<f64>)],
+        workspace: &mut Workspace,
+    ) {
         let n = model.topology.dofs();
         let four = &mut workspace.four;
         fill(&mut four.forces, n, Four::zero());
@@ -163,7 +206,6 @@ impl Balance {
             });
         }
         self.accelerate(model, data, &lanes[..efforts.len().min(4)], false, four);
-        (&four.wrenches, &four.multipliers)
     }
 
     /// Computes the accelerations, multipliers and joint wrenches of a response by the dense
@@ -302,4 +344,10 @@ impl Balance {
             }
         }
     }
+}
+
+/// Returns one of four wrenches.
+pub(in crate::forward) fn one_of_four(wrench: &Wrench<Four>, lane: usize) -> Wrench<f64> {
+    let of = |v: Vec3<Four>| Vec3::new(v.x.0[lane], v.y.0[lane], v.z.0[lane]);
+    Wrench { force: of(wrench.force), moment: of(wrench.moment) }
 }

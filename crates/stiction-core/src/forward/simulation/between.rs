@@ -114,15 +114,9 @@ impl<'a> Simulation<'a> {
         let mut y = copy.list();
         match interpolation {
             Interpolation::Chord => {
-                let part = (time - from) / (self.now.time - from);
-                let instant = copy.on_chord(time, part, self, inputs)?;
-                let span = self.now.time - from;
-                copy.energies.blend(&self.energies, &self.now.account, (part, span));
-                let values = copy.input.values.iter_mut().zip(&self.input.values);
-                values.for_each(|(value, end)| *value += part * (end - *value));
+                copy.between_ends(self, time, inputs)?;
                 copy.modes.clone_from(&self.modes);
                 copy.stepping.clone_from(&self.stepping);
-                copy.become_now(instant);
             }
             Interpolation::Rest => {
                 copy.pack_into(&mut y);
@@ -140,23 +134,18 @@ impl<'a> Simulation<'a> {
                 copy.commit(&y, arrived);
             }
             Interpolation::Curve => {
-                if !*has_curve {
+                let is_prepared = std::mem::take(has_curve);
+                let crosses = *crosses;
+                if !is_prepared {
                     copy.steps.copy_from(&self.steps);
-                    copy.workspace.crosses = crosses.then_some(0.0);
-                    copy.prepare_curve(from, inputs)?;
-                    *has_curve = true;
-                    // Newton's method then starts from the same normal loads for every instant of
-                    // the step.
-                    copy.workspace.loads.clear();
                 }
-                copy.workspace.crosses = crosses.then_some(0.0);
-                let part = (time - from) / copy.steps.step;
-                copy.steps.at(part, &mut y);
-                let arrived = match crosses {
-                    true => copy.arrive_beside(time, part, &y, inputs)?,
-                    false => copy.arrive(time, &y, inputs)?,
-                };
-                copy.commit(&y, arrived);
+                match copy.on_curve(time, (from, is_prepared, crosses), &mut y, inputs) {
+                    Ok(()) => self.last_step.has_curve = true,
+                    Err(_) => {
+                        copy.take_state(&self.last_step.numbers);
+                        copy.between_ends(self, time, inputs)?;
+                    }
+                }
             }
         }
         copy.lists.push(y);
@@ -209,30 +198,87 @@ impl<'a> Simulation<'a> {
         Ok(instant)
     }
 
-    /// Interpolates within a step of the time-stepping method: returns the results at the fraction
-    /// `part` of the step from `self` to `end`.
-    fn on_chord(
+    /// Interpolates within an event-driven step by the dense output of the integrator, and evaluates
+    /// accelerations and reactions there. Uses `y` as a buffer.
+    fn on_curve(
+        &mut self,
+        time: f64,
+        (from, is_prepared, crosses): (f64, bool, bool),
+        y: &mut Vec<f64>,
+        inputs: &mut dyn Inputs,
+    ) -> Result<(), ForwardError> {
+        if !is_prepared {
+            self.workspace.crosses = crosses.then_some(0.0);
+            self.prepare_curve(from, inputs)?;
+            // Newton's method then starts from the same normal loads for every instant of the step.
+            self.workspace.loads.clear();
+        }
+        self.workspace.crosses = crosses.then_some(0.0);
+        let part = (time - from) / self.steps.step;
+        self.steps.at(part, y);
+        let arrived = match crosses {
+            true => self.arrive_beside(time, part, y, inputs)?,
+            false => self.arrive(time, y, inputs)?,
+        };
+        self.commit(y, arrived);
+        Ok(())
+    }
+
+    /// Interpolates between the ends of a step: `self` is at its start, and becomes the results at
+    /// `time`, s. Accelerations and reactions are those of the end, `end`. This serves time steps, whose
+    /// accelerations and reactions are means, and event-driven steps with instants at which no
+    /// accelerations are found: near the end of a branch of solutions, those of the step's stages are
+    /// found from each other only.
+    fn between_ends(
+        &mut self,
+        end: &Simulation<'a>,
+        time: f64,
+        inputs: &mut dyn Inputs,
+    ) -> Result<(), ForwardError> {
+        let span = end.now.time - self.now.time;
+        let part = (time - self.now.time) / span;
+        let instant = self.blended(time, part, end, inputs)?;
+        self.energies.blend(&end.energies, &end.now.account, (part, span));
+        let values = self.input.values.iter_mut().zip(&end.input.values);
+        values.for_each(|(value, end)| *value += part * (end - *value));
+        self.become_now(instant);
+        Ok(())
+    }
+
+    /// Returns the results at the fraction `part` of the step from `self` to `end`. In time steps the
+    /// rates change linearly; otherwise their curve has the accelerations of both ends.
+    fn blended(
         &self,
         time: f64,
         part: f64,
         end: &Simulation<'a>,
         inputs: &mut dyn Inputs,
     ) -> Result<Instant, ForwardError> {
-        let (model, to) = (self.model, &end.now);
-        let span = to.time - self.now.time;
-        let mut state = self.now.state.clone();
-        let passed = part * span;
-        let by: Vec<f64> = state
-            .rates
-            .iter()
-            .zip(&to.state.rates)
-            .map(|(v, w)| passed * (v + 0.5 * part * (w - v)))
-            .collect();
+        let (model, from, to) = (self.model, &self.now.state, &end.now.state);
+        let span = end.now.time - self.now.time;
+        let mut state = from.clone();
+        // What the rates of a cubic curve deviate from linear ones, as multiples of the accelerations
+        // at both ends less the mean acceleration, and the integrals of these deviations.
+        let rest = 1.0 - part;
+        let bends = match end.last_step.interpolation {
+            Interpolation::Chord => [[0.0; 2]; 2],
+            _ => [
+                [part * rest * rest, part * part * (0.5 - part * (2.0 / 3.0 - 0.25 * part))],
+                [-part * part * rest, -part * part * part * (1.0 / 3.0 - 0.25 * part)],
+            ],
+        };
+        let mut by = vec![0.0; from.rates.len()];
+        for (k, by) in by.iter_mut().enumerate() {
+            let (v, w) = (from.rates[k], to.rates[k]);
+            let beyond = [from, to].map(|end| span * end.accelerations[k] - (w - v));
+            let bend = |i: usize| beyond[0] * bends[0][i] + beyond[1] * bends[1][i];
+            *by = span * (part * (v + 0.5 * part * (w - v)) + bend(1));
+            state.rates[k] = v + part * (w - v) + bend(0);
+        }
         state.advance(&model.topology, &by);
-        state.rates.iter_mut().zip(&to.state.rates).for_each(|(a, b)| *a += part * (b - *a));
-        state.accelerations.clone_from(&to.state.accelerations);
+        state.accelerations.clone_from(&to.accelerations);
         let moves = |state: &State<f64>| state.rates.iter().any(|rate| *rate != 0.0);
-        if moves(&self.now.state) || moves(&to.state) {
+        if moves(from) || moves(to) {
             let targets = model.targets(time, inputs);
             // Interfaces that begin to stick at the end of the step still move within the step.
             let (anchors, frozen) = self.places_of(&self.modes, &end.modes);
@@ -245,7 +291,7 @@ impl<'a> Simulation<'a> {
             &FrictionDistribution::default(),
             (&self.input, inputs),
         );
-        let mut instant = Instant { time, state: data.state.clone(), ..to.clone() };
+        let mut instant = Instant { time, state: data.state.clone(), ..end.now.clone() };
         instant.bodies = data.bodies.clone();
         instant.bodies.accelerate(&model.topology, &instant.state.accelerations);
         for (interface, velocity) in instant.interfaces.iter_mut().zip(&data.velocities) {

@@ -3,7 +3,7 @@
 use super::locate::Ending;
 use super::{Event, EventKind, REST, Simulation};
 use crate::forward::affine_friction::{InterfaceMode, norm};
-use crate::forward::data::Data;
+use crate::forward::data::{Data, KnownForces};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 use crate::forward::project::Anchor;
@@ -75,12 +75,13 @@ impl Simulation<'_> {
         self.decide(inputs, stopped, None)
     }
 
-    /// Like [`Self::reconsider`], and first tries whether the frictions `known`, N, hold the mechanism if they are given.
+    /// Like [`Self::reconsider`], and first tries whether the forces `known` hold the mechanism if they
+    /// are given.
     pub(super) fn decide(
         &mut self,
         inputs: &mut dyn Inputs,
         stopped: Option<usize>,
-        known: Option<&[[f64; 3]]>,
+        known: Option<KnownForces>,
     ) -> Result<(), ForwardError> {
         if self.stepping.is_none() && self.is_dense() {
             self.wait_longer();

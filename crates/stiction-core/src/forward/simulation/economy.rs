@@ -27,6 +27,9 @@ const PAYS: f64 = 3.0;
 /// Number of continuation steps from zero friction that cost as much as one evaluation of
 /// accelerations.
 const CONTINUATION_STEPS: usize = 4;
+/// Largest number of time steps without a stick-slip transition after which the event-driven method is
+/// tried again if it was too costly.
+const COSTLY_WAIT: usize = 512;
 /// The event-driven method counts as recovered if its present phase lasts at least this many times
 /// as long as the preceding phase of time stepping.
 const RECOVERED: f64 = 10.0;
@@ -69,6 +72,12 @@ impl Simulation<'_> {
         let (began, stepped) = self.economy.phase;
         let recovered = self.now.time - began >= RECOVERED * stepped;
         self.wait = if recovered { QUIET } else { (2 * self.wait).min(LONGEST_WAIT) };
+    }
+
+    /// Doubles the same number, up to [`COSTLY_WAIT`], because the event-driven method is too costly. How
+    /// long it has lasted does not count: the costs of the next phase will probably be alike.
+    pub(super) fn wait_out_costs(&mut self) {
+        self.wait = self.wait.max((2 * self.wait).min(COSTLY_WAIT));
     }
 
     /// Returns true if time stepping would advance faster than the event-driven method has done

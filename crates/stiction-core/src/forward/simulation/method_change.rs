@@ -73,8 +73,11 @@ impl Simulation<'_> {
         self.stalled = 0;
         self.event_rate = (0, self.now.time);
         self.step = 1e-4 * self.settings.longest_step.min(1.0);
-        let known: Vec<[f64; 3]> = self.now.interfaces.iter().map(|c| c.friction).collect();
-        if self.decide(inputs, None, rests.then_some(&known[..])).is_ok() {
+        let known = rests.then(|| {
+            let frictions = self.now.interfaces.iter().map(|c| c.friction).collect();
+            self.model.known_forces(frictions, &self.now.bodies, &self.now.wrenches)
+        });
+        if self.decide(inputs, None, known).is_ok() {
             self.economy.change(self.now.time);
             let kind = EventKind::Method { method: Method::EventDriven };
             self.events.push(Event { time: self.now.time, kind });

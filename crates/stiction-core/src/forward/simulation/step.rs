@@ -148,7 +148,7 @@ impl Simulation<'_> {
                     // number is limited.
                     let nears = nearest.is_finite();
                     if stiff || smooth && !nears && self.is_costly(end, inputs) {
-                        self.wait_longer();
+                        self.wait_out_costs();
                         self.begin_stepping();
                         return Ok(());
                     }

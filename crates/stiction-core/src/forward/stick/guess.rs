@@ -8,7 +8,7 @@
 use crate::forward::Forward;
 use crate::forward::affine_friction::{InterfaceMode, mode_of, norm};
 use crate::forward::complementarity::Members;
-use crate::forward::data::Data;
+use crate::forward::data::{Data, KnownForces};
 use crate::friction_problem::complementarity::{DryFriction, MemberLaw};
 
 /// Fraction of the largest acceleration below which the relative acceleration of the surfaces
@@ -22,8 +22,8 @@ const PASSES: usize = 8;
 /// Modes, frictions and normal loads that satisfy the friction laws approximately.
 pub(super) struct Guess {
     pub(super) modes: Vec<InterfaceMode>,
-    /// Friction at the surface of each interface at rest, N.
-    pub(super) frictions: Vec<[f64; 3]>,
+    /// Frictions of the interfaces at rest, and the reactions.
+    pub(super) forces: KnownForces,
     /// Normal load of each interface, N.
     pub(super) loads: Vec<f64>,
     /// True if any interface begins to slide.
@@ -103,9 +103,14 @@ impl Forward {
             }
             found = problem.solve(&found.amounts)?;
         }
+        let mut response = base;
+        for (unit, amount) in members.units.iter().zip(&found.amounts) {
+            response.add(unit, *amount);
+        }
+        let frictions = vec![[0.0; 3]; modes.len()];
         let mut guess = Guess {
             modes: modes.to_vec(),
-            frictions: vec![[0.0; 3]; modes.len()],
+            forces: self.known_forces(frictions, bodies, &response.wrenches),
             loads: vec![0.0; modes.len()],
             moves: false,
             tight: false,
@@ -123,7 +128,7 @@ impl Forward {
             } else {
                 guess.moves = true;
             }
-            guess.frictions[member.interface] = friction;
+            guess.forces.frictions[member.interface] = friction;
             guess.modes[member.interface] = mode;
         }
         Some(guess)

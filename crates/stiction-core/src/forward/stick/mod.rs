@@ -18,7 +18,7 @@ mod verify;
 
 use super::Forward;
 use super::affine_friction::{InterfaceMode, norm};
-use super::data::{Data, FrictionDistribution};
+use super::data::{Data, FrictionDistribution, KnownForces};
 use super::error::ForwardError;
 use super::solve::{Solved, Unsolved};
 use guess::Guess;
@@ -38,6 +38,9 @@ const SMALLEST_SCALE: f64 = 1e-6;
 const ALLOWANCE: f64 = 1e-5;
 /// Upper bounds of static friction that are tried in turn, as fractions of the friction limits.
 const BOUNDS: [f64; 5] = [0.9, 0.99, 0.999, 0.9999, 1.0];
+/// Weights of reactions that are tried if frictions and reactions are known: close to a singular
+/// position frictions alone do not determine the normal loads, see [`Forward::limit_preload`].
+const WEIGHTS: [f64; 2] = [0.0, preload::FIRST];
 /// Two unit vectors of direction count as equal if they differ by less than this value.
 const ALIGNED: f64 = 1e-6;
 
@@ -49,7 +52,7 @@ pub(super) struct Choice {
 
 impl Forward {
     /// Chooses modes for the interfaces at rest, whose indices are in `resting`; all other
-    /// interfaces keep their modes. `known` are frictions of a mechanism at rest that may hold it, N.
+    /// interfaces keep their modes. `known` are forces of a mechanism at rest that may hold it.
     ///
     /// # Errors
     /// [`ForwardError::NoChoice`] if no modes are found, or the error of the last trial if the
@@ -59,7 +62,7 @@ impl Forward {
         data: &mut Data,
         modes: &[InterfaceMode],
         resting: &[usize],
-        known: Option<&[[f64; 3]]>,
+        known: Option<KnownForces>,
     ) -> Result<Choice, ForwardError> {
         data.limit_factor = 1.0;
         let mut trial = all_sticking(modes, resting);
@@ -76,17 +79,21 @@ impl Forward {
             return Ok(Choice { modes: trial, solved });
         }
         // Statically indeterminate frictions may hold the mechanism although the least-norm frictions exceed a limit.
-        if let Some(known) = known {
-            data.distribution.reference_frictions = known.to_vec();
-            for limit_factor in [1.0, 1.0 + ALLOWANCE] {
-                data.limit_factor = limit_factor;
-                if let Ok(Verdict::Stands(solved)) = self.verify(data, &mut trial, resting)
-                    && solved.balance.redundant() > permanent
-                {
-                    return Ok(Choice { modes: trial, solved: *solved });
+        if let Some(forces) = known {
+            for weight in WEIGHTS {
+                data.distribution.refer_to(&forces, weight);
+                for limit_factor in [1.0, 1.0 + ALLOWANCE] {
+                    data.limit_factor = limit_factor;
+                    if let Ok(Verdict::Stands(solved)) = self.verify(data, &mut trial, resting)
+                        && solved.balance.redundant() > permanent
+                    {
+                        let known = (resting, permanent);
+                        let solved = self.limit_preload(data, &mut trial, known, *solved);
+                        return Ok(Choice { modes: trial, solved });
+                    }
                 }
             }
-            data.distribution.reference_frictions.fill([0.0; 3]);
+            data.distribution.refer_to_zero();
             data.limit_factor = 1.0;
         }
         // With all interfaces sticking, a friction exceeds its limit, or an interface must slide:
@@ -113,7 +120,7 @@ impl Forward {
                 }
             }
         }
-        data.distribution.reference_frictions.fill([0.0; 3]);
+        data.distribution.refer_to_zero();
         data.limit_factor = 1.0;
         let (mut blocking, mut failure) = (resting.first().copied().unwrap_or(0), None);
         match self.improve(data, all_sticking(modes, resting), resting) {
@@ -160,12 +167,18 @@ impl Forward {
     /// Accepts a guess if its exact solution satisfies all friction laws, either at once or after a
     /// few changes of modes.
     fn adopt(&self, data: &mut Data, guess: &Guess, resting: &[usize]) -> Option<Choice> {
-        data.distribution.reference_frictions.clone_from(&guess.frictions);
         data.limit_factor = if guess.tight { 1.0 + ALLOWANCE } else { 1.0 };
-        let found = self.confirm(data, guess, resting);
-        let found = found.or_else(|| self.improve(data, guess.modes.clone(), resting).ok());
+        for weight in WEIGHTS {
+            data.distribution.refer_to(&guess.forces, weight);
+            let found = self.confirm(data, guess, resting);
+            if found.is_some() {
+                return found;
+            }
+        }
+        data.distribution.refer_to(&guess.forces, 0.0);
+        let found = self.improve(data, guess.modes.clone(), resting).ok();
         if found.is_none() {
-            data.distribution.reference_frictions.fill([0.0; 3]);
+            data.distribution.refer_to_zero();
             data.limit_factor = 1.0;
         }
         found

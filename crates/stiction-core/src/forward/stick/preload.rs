@@ -4,15 +4,17 @@ use super::verify::Verdict;
 use crate::forward::Forward;
 use crate::forward::affine_friction::InterfaceMode;
 use crate::forward::balance::reactions;
-use crate::forward::data::Data;
+use crate::forward::data::{Data, KnownForces};
 use crate::forward::instant::InterfaceSample;
 use crate::forward::solve::Solved;
+use crate::kinematics::Bodies;
+use crate::spatial::Wrench;
 
 /// Largest normal load that is accepted, relative to the largest normal load with the least
 /// preload.
 const GROWTH: f64 = 100.0;
 /// Largest weight of reactions that is tried.
-const FIRST: f64 = 1e-2;
+pub(super) const FIRST: f64 = 1e-2;
 /// Ratio of a weight and the previous one. The preload grows at most by the inverse square of this
 /// ratio, four.
 const RATIO: f64 = 0.5;
@@ -43,13 +45,13 @@ impl Forward {
         }
         let largest = |s: &Solved| s.coupled.loads.iter().fold(0.0_f64, |m, x| m.max(*x));
         let before = data.distribution.clone();
+        data.distribution.refer_to_zero();
         data.distribution.reaction_weight = FIRST;
         let least = self.solve(data, trial, None, false);
         if least.is_ok_and(|least| largest(&solved) > GROWTH * largest(&least))
             && let Some(preloaded) = self.least_preload(data, trial, resting)
         {
             self.refer_to(data, trial, &preloaded);
-            data.distribution.reaction_weight = FIRST;
             if let Ok(Verdict::Stands(preloaded)) = self.verify(data, trial, resting)
                 && largest(&preloaded) < largest(&solved)
             {
@@ -89,10 +91,21 @@ impl Forward {
         let mut interfaces = Vec::with_capacity(modes.len());
         self.interfaces_into(data, modes, solved, &mut interfaces);
         let sticks = |sample: &InterfaceSample| sample.interface == InterfaceMode::Sticks;
-        data.distribution.reference_frictions =
+        let frictions =
             interfaces.iter().map(|i| if sticks(i) { i.friction } else { [0.0; 3] }).collect();
+        let forces = self.known_forces(frictions, &data.bodies, &solved.coupled.response.wrenches);
+        data.distribution.refer_to(&forces, FIRST);
+    }
+
+    /// Returns frictions, and the reactions that act together with them.
+    pub(in crate::forward) fn known_forces(
+        &self,
+        frictions: Vec<[f64; 3]>,
+        bodies: &Bodies<f64>,
+        wrenches: &[Wrench<f64>],
+    ) -> KnownForces {
         let mut numbers = Vec::new();
-        reactions((self, data), &solved.coupled.response, |number| numbers.push(number));
-        data.distribution.reference_reactions = numbers;
+        reactions((self, bodies), wrenches, |number| numbers.push(number));
+        KnownForces { frictions, reactions: numbers }
     }
 }

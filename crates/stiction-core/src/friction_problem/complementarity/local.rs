@@ -9,6 +9,7 @@ use std::ops::Range;
 /// Surface rate of one member as a function of the member's own friction:
 /// `rates = free - V diag(values) V^T friction`. The columns of the orthogonal matrix `V`
 /// (`vectors`) are eigenvectors; `free` is the rate for zero friction of this member.
+#[derive(Clone)]
 pub(super) struct LocalResponse {
     pub(super) vectors: Matrix3<f64>,
     pub(super) values: Vector3<f64>,

@@ -17,14 +17,15 @@
 //! start, but slowly. Newton's method on the nonsmooth equations (Alart and Curnier 1991) converges
 //! fast near a solution. If self-stresses leave friction indeterminate, Newton steps have minimum
 //! norm, so that the method finds a solution near the start. If both methods fail, continuation
-//! increases the friction coefficients from zero, or decreases them from values with which everything
-//! sticks.
+//! increases the friction coefficients from zero, or follows a path from large coefficients, with which
+//! everything sticks.
 //!
 //! Equation (D5) of the book's theory.
 
 mod laws;
 mod local;
 mod newton;
+mod path;
 mod problem;
 mod projection;
 mod residual;
@@ -56,13 +57,6 @@ const SCALINGS: [Scaling; 4] = [
 /// Step sizes of the continuation from zero to full friction.
 const STEPS: StepPolicy =
     StepPolicy { first: 0.1, growth: 1.5, longest: f64::INFINITY, shortest: 1e-4, most: 300 };
-
-/// Multiple of the friction coefficients at the start of the continuation in which everything sticks.
-const STUCK: f64 = 1e9;
-/// Step sizes of this continuation, as fractions of the logarithm of [`STUCK`]: by factors of four,
-/// until a step fails; steps by one percent or less count as failed.
-const DECREASES: StepPolicy =
-    StepPolicy { first: 1.0 / 15.0, growth: 1.0, longest: f64::INFINITY, shortest: 5e-4, most: 60 };
 
 /// Solution of the complementarity problem.
 #[derive(Clone, Debug)]
@@ -101,9 +95,16 @@ impl Complementarity<'_> {
         }
         let x = match found {
             Some(x) => x,
-            None => self.follow_friction().or_else(|| self.follow_stick())?,
+            None => self.follow_friction().or_else(|| self.follow_path())?,
         };
         Some(self.complete(x))
+    }
+
+    /// Solves the problem by continuation from friction with which everything sticks, see [`path`]. If
+    /// static friction is indeterminate, that friction is the least one, so that this solution contains no
+    /// large self-stress as others may. Returns `None` if the continuation fails.
+    pub(crate) fn solve_from_stick(&self) -> Option<Solution> {
+        self.follow_path().map(|x| self.complete(x))
     }
 
     /// Returns the index of the interface that violates its friction law most after a run of the
@@ -141,32 +142,9 @@ impl Complementarity<'_> {
     /// Computes the solution by continuation from zero to full friction. Returns `None` if the
     /// continuation fails.
     fn follow_friction(&self) -> Option<Vec<f64>> {
-        let mut branch = self.branch(|part| part);
-        continuation::follow(&mut branch, STEPS, 1.0).ok().map(|_| branch.x)
-    }
-
-    /// Computes the solution by continuation from [`STUCK`] times the friction coefficients, with which
-    /// everything sticks, to full friction. If the solution branch from zero friction ends before full
-    /// friction (jamming), the friction that stops the motion may lie on this other branch. Returns
-    /// `None` if the continuation fails.
-    fn follow_stick(&self) -> Option<Vec<f64>> {
-        // With other laws, interfaces do not stick at any multiple.
-        if !self.members.iter().all(|member| matches!(member.law, MemberLaw::Dry(_))) {
-            return None;
-        }
-        let mut branch = self.branch(|part| STUCK.powf(1.0 - part));
-        if !branch.correct(0.0) {
-            return None;
-        }
-        branch.accept();
-        continuation::follow(&mut branch, DECREASES, 1.0).ok().map(|_| branch.x)
-    }
-
-    /// Returns a branch with `multiple(part)` times the friction coefficients. Its first correction
-    /// starts from zero frictions.
-    fn branch(&self, multiple: fn(f64) -> f64) -> FrictionBranch<'_> {
         let x = vec![0.0; self.count()];
-        FrictionBranch { problem: self, multiple, trial: x.clone(), x }
+        let mut branch = FrictionBranch { problem: self, trial: x.clone(), x };
+        continuation::follow(&mut branch, STEPS, 1.0).ok().map(|_| branch.x)
     }
 
     fn complete(&self, amounts: Vec<f64>) -> Solution {
@@ -176,24 +154,21 @@ impl Complementarity<'_> {
         let loads = (0..self.members.len())
             .map(|m| self.load(m, &amounts, self.wrench(m, &amounts)).value)
             .collect();
-        Solution { amounts, rates, loads, residual: relative, sticks: residual.sticks }
+        let sticks = residual.excess.iter().map(|excess| *excess <= 0.0).collect();
+        Solution { amounts, rates, loads, residual: relative, sticks }
     }
 }
 
 /// Solution branch of the complementarity problem.
 struct FrictionBranch<'a> {
     problem: &'a Complementarity<'a>,
-    /// Multiplier of all friction coefficients as a function of the parameter of the branch; at 1
-    /// friction is full.
-    multiple: fn(f64) -> f64,
     x: Vec<f64>,
     trial: Vec<f64>,
 }
 
 impl Branch for FrictionBranch<'_> {
     fn correct(&mut self, part: f64) -> bool {
-        let part = (self.multiple)(part);
-        let Self { problem, x, trial, .. } = self;
+        let Self { problem, x, trial } = self;
         trial.clone_from(x);
         let mut found = problem.newton(trial, part);
         if !found {

@@ -20,6 +20,7 @@ pub(crate) struct Member {
 
 /// Complementarity problem: its members, and the matrices that describe how surface rates and joint
 /// wrenches depend on the unknowns.
+#[derive(Clone)]
 pub(crate) struct Complementarity<'a> {
     at: Configuration<'a>,
     pub(crate) members: Vec<Member>,

@@ -12,14 +12,18 @@ const ROUND_OFF: f64 = 1e-14;
 pub(super) struct Residual {
     /// Residual of the friction law for each unknown, N.
     pub(super) values: Vec<f64>,
+    /// Derivatives of the residual with respect to the multiple of the friction coefficients.
+    pub(super) by_part: Vec<f64>,
     /// Largest magnitude among the unknowns, the friction limits and the normal loads of sliding
     /// members, N. Relative residuals refer to this force.
     scale: f64,
     /// For each unknown of a sticking member: [`Complementarity::slack`] times the rate relative to
     /// the largest frictionless rate; infinite for all other unknowns.
     rates: Vec<f64>,
-    /// True for each member that sticks.
-    pub(super) sticks: Vec<bool>,
+    /// For each dry member the force by which the projection of the [module's](super) equation shortens
+    /// its vector, N: positive if the member slides, and otherwise minus the reserve of a member that
+    /// sticks. Infinite for other members.
+    pub(super) excess: Vec<f64>,
 }
 
 impl Residual {
@@ -51,15 +55,23 @@ struct Point<'a> {
     rates: Vec<f64>,
     /// Largest magnitude of the surface rates if all members are frictionless.
     largest: f64,
+    /// For each dry member, true to require that it sticks, false to require that it slides.
+    modes: Option<&'a [bool]>,
 }
 
 impl Complementarity<'_> {
     /// Computes the residual with `part` times the friction coefficients; `matrix` receives the
     /// derivatives of the residual (rows) with respect to the unknowns (columns), row by row.
-    pub(super) fn residual(
+    pub(super) fn residual(&self, x: &[f64], part: f64, matrix: Option<&mut Vec<f64>>) -> Residual {
+        self.residual_in_modes(x, (part, None), matrix)
+    }
+
+    /// Like [`Self::residual`]; if `modes` are given, the dry members with true must stick whether or
+    /// not their friction exceeds the limit, and the others must slide.
+    pub(super) fn residual_in_modes(
         &self,
         x: &[f64],
-        part: f64,
+        (part, modes): (f64, Option<&[bool]>),
         mut matrix: Option<&mut Vec<f64>>,
     ) -> Residual {
         let n = self.count();
@@ -69,15 +81,16 @@ impl Complementarity<'_> {
         rates.iter_mut().filter(|rate| rate.abs() < ROUND_OFF * largest).for_each(|r| *r = 0.0);
         let mut residual = Residual {
             values: vec![0.0; n],
+            by_part: vec![0.0; n],
             scale: x.iter().fold(f64::MIN_POSITIVE, |m, x| m.max(x.abs())),
             rates: vec![f64::INFINITY; n],
-            sticks: vec![false; self.members.len()],
+            excess: vec![f64::INFINITY; self.members.len()],
         };
         if let Some(matrix) = matrix.as_deref_mut() {
             matrix.clear();
             matrix.resize(n * n, 0.0);
         }
-        let point = Point { x, part, rates, largest };
+        let point = Point { x, part, rates, largest, modes };
         for (index, member) in self.members.iter().enumerate() {
             let matrix = matrix.as_deref_mut().map(Vec::as_mut_slice);
             match &member.law {
@@ -118,6 +131,7 @@ impl Complementarity<'_> {
         let i = self.members[index].places.start;
         residual.scale = residual.scale.max(load.value.abs());
         residual.values[i] = point.x[i] - part * load.value;
+        residual.by_part[i] = -load.value;
         let Some(matrix) = matrix else { return };
         for j in 0..n {
             let slope = self.load_slope(index, &load, j);
@@ -144,6 +158,7 @@ impl Complementarity<'_> {
         let unit = at(load.value + 1.0, velocity);
         for (k, i) in places.clone().enumerate() {
             residual.values[i] = point.x[i] - friction[k];
+            residual.by_part[i] = -friction[k] / part;
         }
         let Some(matrix) = matrix else { return };
         let step = 1e-7 * norm(velocity).max(1e-6);
@@ -178,7 +193,7 @@ impl Complementarity<'_> {
         matrix: Option<&mut [f64]>,
     ) {
         let n = self.count();
-        let Point { x, part, rates, largest } = point;
+        let Point { x, part, rates, largest, modes } = point;
         let load = self.load_at(point, index);
         let places = self.members[index].places.clone();
         let (viscous, factor) = (law.viscous, self.rate_factor(&places));
@@ -192,12 +207,15 @@ impl Complementarity<'_> {
         let most = coefficient * load.value;
         residual.scale = residual.scale.max(most.abs());
         let size = norm(tried);
-        let sticks = size <= most;
-        residual.sticks[index] = sticks;
+        residual.excess[index] = size - most;
+        let sticks = modes.map_or(size <= most, |modes| modes[index]);
         for (k, i) in places.clone().enumerate() {
             if sticks && *largest > 0.0 {
                 let part = rates[i].abs() / largest;
                 residual.rates[i] = if part > 0.0 { self.slack * part } else { 0.0 };
+            }
+            if !sticks && most > 0.0 {
+                residual.by_part[i] = -most / part * tried[k] / size;
             }
             residual.values[i] = if sticks {
                 -factor * rates[i]
