@@ -26,9 +26,10 @@ pub fn motion_results<T: Scalar>(model: &Model, data: &Data<T>) -> Vec<T> {
 }
 
 /// Returns the results of the stage [`Stage::Forces`](crate::kinematics::Stage::Forces): forces
-/// without friction, and the responses of joint wrenches and efforts to a unit friction force at
-/// each interface, in blocks of four interfaces, and the coupling matrix of friction and normal
-/// loads. All interfaces must slide, with one friction component each. Requires a previous [`Model::evaluate`] without friction.
+/// without friction, the responses of joint wrenches and efforts to a unit friction force at each
+/// interface, in blocks of four interfaces, and the coupling matrix of friction and normal loads.
+/// All interfaces must slide, with one friction component each. Requires a previous
+/// [`Model::evaluate`] without friction.
 #[doc(hidden)]
 pub fn force_results<T: Scalar>(
     model: &Model,

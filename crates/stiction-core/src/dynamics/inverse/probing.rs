@@ -39,9 +39,8 @@ impl<T: Scalar> Inverse<T> {
     /// the wrench of a joint. `loads` contains the index and the normal force, N, of each
     /// interface whose friction depends on the normal force.
     ///
-    /// Returns false if the solution does not satisfy the balance up to `tolerance`, relative to the
-    /// largest joint wrench. Also returns false
-    /// if the model is not plain (see
+    /// Returns false if the solution does not satisfy the balance up to `tolerance`, relative to
+    /// the largest joint wrench. Also returns false if the model is not plain (see
     /// [`BalanceStructure::is_plain`](crate::dynamics::structure::BalanceStructure)), after calling
     /// [`Self::restart_from`] with these wrenches. Requires a previous [`Self::begin`] for this
     /// motion, no static friction at interfaces at rest, and a coupling bound below one, which
