@@ -58,6 +58,9 @@ pub enum RecordError {
     /// The program does not reproduce the solver's results at states other than those of the
     /// recording.
     NotConfirmed,
+    /// There is no machine code for this processor, and an interpreted program would be slower than
+    /// the kernels.
+    NotNative,
 }
 
 impl fmt::Display for RecordError {
@@ -120,6 +123,7 @@ impl fmt::Display for RecordError {
                      solver"
                 )
             }
+            Self::NotNative => write!(f, "programs have no machine code for this processor"),
         }
     }
 }

@@ -44,6 +44,10 @@ impl InverseDynamics {
         loads: &[AppliedLoad<f64>],
         most: f64,
     ) -> Option<FrictionMargin> {
+        if self.has_program() {
+            // A program does not compute the matrix of the balance.
+            self.by_kernel(loads);
+        }
         let Parts { model, inverse, parameters, kinematics, settings } = self.parts()?;
         if settings.friction == FrictionMode::Off {
             return None;

@@ -112,6 +112,19 @@ impl<T: Scalar> Sharing<T> {
         bodies: &Bodies<T>,
         inverse: &Inverse<T>,
     ) -> Vec<Response<T>> {
+        self.responses_in(model.balance.passes(), model, parameters, bodies, inverse)
+    }
+
+    /// Computes the responses like [`Self::responses`], with `passes` solves for each interface:
+    /// one without iterative refinement.
+    pub(super) fn responses_in(
+        &mut self,
+        passes: usize,
+        model: &Model,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        inverse: &Inverse<T>,
+    ) -> Vec<Response<T>> {
         self.balance.factor_frictionless(inverse.balance(), &model.balance, parameters, bodies);
         let of = |(interface, state): (&InterfaceParameters<T>, &InterfaceState<T>)| {
             let mut efforts = vec![T::zero(); inverse.efforts().len()];
@@ -121,7 +134,7 @@ impl<T: Scalar> Sharing<T> {
                 bodies,
                 interface,
                 (state.against, T::one()),
-                &mut efforts,
+                (passes, &mut efforts),
             );
             Response { wrenches: self.balance.joint_wrenches.clone(), efforts }
         };
@@ -153,7 +166,7 @@ impl<T: Scalar> Sharing<T> {
                 bodies,
                 interface,
                 (state.against, state.friction()),
-                efforts,
+                (model.balance.passes(), efforts),
             );
         }
     }

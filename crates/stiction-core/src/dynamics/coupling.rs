@@ -16,7 +16,7 @@ use crate::friction_problem::newton::{Accepted, UNBOUNDED, largest};
 use crate::friction_problem::normal_load::Configuration;
 use crate::friction_problem::small_system::pack;
 use crate::friction_problem::uniqueness::{self, BoundStart, BoundWorkspace};
-use crate::kinematics::Bodies;
+use crate::kinematics::{Bodies, Results};
 use crate::parameters::{InterfaceParameters, Parameters};
 use crate::spatial::{Twist, Wrench};
 
@@ -245,10 +245,7 @@ impl FrictionCoupling {
         let states = inverse.interfaces();
         if states.len() <= DENSE {
             self.responses(inverse, model, parameters, bodies, true);
-            self.act(states.iter().map(|state| Acting::of(state, [0.0; 3])), at);
-            self.is_present = true;
-            self.strength = self.coupling_bound(at, Sense::Present);
-            return self.strength;
+            return self.begin_with_responses(states, at, None);
         }
         let Self { unknowns, responses, bound, .. } = self;
         unknowns.clear();
@@ -269,16 +266,63 @@ impl FrictionCoupling {
         strength
     }
 
+    /// Reads the responses from the results of a recorded program, and returns the bound on the
+    /// coupling like [`Self::begin`]. `inverse` contains the frictionless solution, in which all
+    /// interfaces slide.
+    pub(super) fn begin_by_program(
+        &mut self,
+        inverse: &Inverse<f64>,
+        model: &Model,
+        at: Configuration<'_>,
+        numbers: &mut Results<'_>,
+    ) -> f64 {
+        self.start_from(inverse);
+        self.responses.read(inverse, model, numbers);
+        (self.is_current, self.is_stored) = (true, true);
+        let states = inverse.interfaces();
+        let matrix = numbers.take(states.len() * states.len());
+        self.begin_with_responses(states, at, Some(matrix))
+    }
+
+    /// Sets the friction of the present motion, and returns the bound on the coupling. `matrix` is
+    /// the coupling matrix of all interfaces, if it is known.
+    fn begin_with_responses(
+        &mut self,
+        states: &[InterfaceState<f64>],
+        at: Configuration<'_>,
+        matrix: Option<&[f64]>,
+    ) -> f64 {
+        self.act(states.iter().map(|state| Acting::of(state, [0.0; 3])), at);
+        self.is_present = true;
+        let squared = self.unknowns.len().pow(2);
+        let matrix = matrix.filter(|matrix| matrix.len() == squared);
+        self.strength = self.coupling_bound(at, matrix, Sense::Present);
+        self.strength
+    }
+
+    /// Returns true if the responses of this many interfaces are stored.
+    pub(super) fn stores(interfaces: usize) -> bool {
+        interfaces <= DENSE
+    }
+
     /// Computes the bound on the coupling between normal loads and the friction set by
     /// [`Self::act`] for the motion `sense`.
-    fn coupling_bound(&mut self, at: Configuration<'_>, sense: Sense) -> f64 {
+    fn coupling_bound(
+        &mut self,
+        at: Configuration<'_>,
+        matrix: Option<&[f64]>,
+        sense: Sense,
+    ) -> f64 {
         let Self { problem, workspace, opposite, keeps_history, accepted, .. } = self;
         let workspace = match sense {
             Sense::Present => workspace,
             Sense::Opposite => opposite,
         };
         let start = if *keeps_history { BoundStart::Last } else { BoundStart::New };
-        problem.coupling_bound(at, (start, *accepted), workspace)
+        match matrix {
+            Some(matrix) => problem.coupling_bound_of(matrix, (start, *accepted), workspace),
+            None => problem.coupling_bound(at, (start, *accepted), workspace),
+        }
     }
 
     /// Makes [`Self::begin`] accept any coupling bound up to `bound` instead of refining it to the
@@ -527,7 +571,7 @@ impl FrictionCoupling {
         // coefficients.
         let has_other_law = interfaces.iter().any(|interface| interface.backward.is_some());
         if has_other_law {
-            self.strength = self.coupling_bound(at, Sense::Opposite);
+            self.strength = self.coupling_bound(at, None, Sense::Opposite);
             if self.strength >= 1.0 {
                 return None;
             }

@@ -21,6 +21,7 @@ mod load_sensitivity;
 mod model;
 mod plan;
 mod power;
+mod program;
 mod responses;
 mod rest;
 mod rotor;
@@ -53,6 +54,8 @@ pub use interfaces::InterfaceState;
 pub use inverse::Inverse;
 #[doc(hidden)]
 pub use load_sensitivity::LoadSensitivity;
+#[doc(hidden)]
+pub use program::{force_results, motion_results};
 #[doc(hidden)]
 pub use rotor::RotorMotion;
 #[doc(hidden)]

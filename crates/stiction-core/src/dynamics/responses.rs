@@ -4,9 +4,9 @@
 use super::balance::{Balance, Four, LaneWorkspace, UnitFriction, UnitResponses, WIDTH, lane_of};
 use super::inverse::Inverse;
 use super::model::Model;
-use crate::kinematics::Bodies;
+use crate::kinematics::{Bodies, Results};
 use crate::parameters::Parameters;
-use crate::scalar::Scalar;
+use crate::scalar::{Lanes, Scalar};
 use crate::spatial::{Twist, Vec3, Wrench};
 use core::ops::Range;
 
@@ -73,6 +73,37 @@ impl Responses {
             other => other.insert(inverse.balance().clone()),
         };
         balance.factor_frictionless(inverse.balance(), &model.balance, parameters, bodies);
+    }
+
+    /// Reads the responses from the results of a recorded program, in the order in which
+    /// [`force_results`](super::program::force_results) writes them. All interfaces must slide.
+    pub(super) fn read(
+        &mut self,
+        inverse: &Inverse<f64>,
+        model: &Model,
+        numbers: &mut Results<'_>,
+    ) {
+        let topology = model.topology();
+        let (joints, actuators) = (topology.joint_types.len(), topology.actuators.len());
+        self.counts = [joints, actuators, 0];
+        self.units.clear();
+        self.of.clear();
+        for (interface, state) in inverse.interfaces().iter().enumerate() {
+            self.units.push(UnitFriction { interface, against: state.against });
+            self.of.push(interface..interface + 1);
+        }
+        let blocks = self.units.len().div_ceil(WIDTH);
+        self.spins.clear();
+        self.wrenches.resize(blocks * joints, Wrench::zero());
+        self.efforts.resize(blocks * actuators, Four::zero());
+        for wrench in &mut self.wrenches {
+            let [force, moment] = [(); 2].map(|()| {
+                let [x, y, z] = [(); 3].map(|()| Lanes(numbers.next()));
+                Vec3::new(x, y, z)
+            });
+            *wrench = Wrench { force, moment };
+        }
+        self.efforts.iter_mut().for_each(|effort| *effort = Lanes(numbers.next()));
     }
 
     /// Computes the changes of all forces per newton of each friction component. Calls `take` for

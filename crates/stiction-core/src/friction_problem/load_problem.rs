@@ -8,7 +8,7 @@ use super::influence::{Influence, InfluenceMatrix};
 use super::newton::{Accepted, NewtonWorkspace, UNBOUNDED, largest};
 use super::normal_load::Configuration;
 use super::small_system::Four;
-use super::uniqueness::{BoundStart, BoundWorkspace, coupling_bound_in_blocks};
+use super::uniqueness::{BoundStart, BoundWorkspace, coupling_bound_in_blocks, coupling_bound_of};
 use crate::friction::OwnFriction;
 use crate::spatial::{Twist, Wrench};
 
@@ -186,6 +186,19 @@ impl LoadProblem {
         bound.start(start);
         bound.accept_up_to(accepted);
         coupling_bound_in_blocks(at, each, &self.influence, bound)
+    }
+
+    /// Computes [`Self::coupling_bound`] from the coupling matrix, stored row by row.
+    pub(crate) fn coupling_bound_of(
+        &self,
+        matrix: &[f64],
+        (start, accepted): (BoundStart, f64),
+        workspace: &mut LoadWorkspace,
+    ) -> f64 {
+        let bound = &mut workspace.bound;
+        bound.start(start);
+        bound.accept_up_to(accepted);
+        coupling_bound_of(matrix, self.unknowns.len(), bound)
     }
 }
 

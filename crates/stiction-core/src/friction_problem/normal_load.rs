@@ -62,21 +62,46 @@ impl Configuration<'_> {
         let map = content.load.seminorm().lift::<T>();
         let [j, k] = [&self.bodies.frame_j, &self.bodies.frame_k]
             .map(|frames| frames[content.joint].lift::<T>());
-        let (coefficient, constant) = (T::from_f64(coefficient), T::zero());
-        let bound = move |wrench: Wrench<T>, direction: T| {
-            let own = OwnFriction { coefficient, constant, direction };
-            normal_load_between(&map, (shape, radius), pitch, (&j, &k), wrench, own).value
-        };
-        move |wrench| {
-            let ahead = bound(wrench, T::one());
-            match shape {
-                InterfaceShape::Thread | InterfaceShape::Shaft { .. } => {
-                    let back = bound(wrench, -T::one());
-                    (ahead - back).if_positive(ahead, back)
-                }
-                _ => ahead,
-            }
+        let coefficient = T::from_f64(coefficient);
+        move |wrench| larger_of_senses(&map, (shape, radius), pitch, (&j, &k), wrench, coefficient)
+    }
+}
+
+/// Returns [`Configuration::largest_load_change`] of an interface for any scalar type. `j` and `k`
+/// are the frames of its joint.
+pub(crate) fn largest_load_change<T: Scalar>(
+    interface: &InterfaceParameters<T>,
+    pitch: T,
+    frames: (&Pose<T>, &Pose<T>),
+    wrench: Wrench<T>,
+    coefficient: T,
+) -> T {
+    let surface = (interface.shape, interface.radius);
+    larger_of_senses(&interface.load.seminorm(), surface, pitch, frames, wrench, coefficient)
+}
+
+/// Returns the load of the seminorm `map` under `wrench`: for a thread or a motor shaft, the larger
+/// of the loads for both sliding directions.
+#[inline(always)]
+fn larger_of_senses<T: Scalar>(
+    map: &NormalLoadMap<T>,
+    (shape, radius): (InterfaceShape, T),
+    pitch: T,
+    frames: (&Pose<T>, &Pose<T>),
+    wrench: Wrench<T>,
+    coefficient: T,
+) -> T {
+    let bound = |direction: T| {
+        let own = OwnFriction { coefficient, constant: T::zero(), direction };
+        normal_load_between(map, (shape, radius), pitch, frames, wrench, own).value
+    };
+    let ahead = bound(T::one());
+    match shape {
+        InterfaceShape::Thread | InterfaceShape::Shaft { .. } => {
+            let back = bound(-T::one());
+            (ahead - back).if_positive(ahead, back)
         }
+        _ => ahead,
     }
 }
 

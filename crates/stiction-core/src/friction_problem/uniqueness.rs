@@ -128,6 +128,15 @@ pub(crate) fn coupling_bound_in_blocks(
     radius_bound(matrix, count, vectors)
 }
 
+/// Computes [`coupling_bound`] from the coupling matrix of `count` interfaces, stored row by row.
+pub(crate) fn coupling_bound_of(
+    matrix: &[f64],
+    count: usize,
+    workspace: &mut BoundWorkspace,
+) -> f64 {
+    radius_bound(matrix, count, &mut workspace.vectors)
+}
+
 /// Computes an upper bound on the spectral radius of a nonnegative `count` by `count` matrix,
 /// stored row by row. The bound is the largest ratio of `(matrix x)_i` to `x_i`, which is valid for
 /// any positive `x` (Collatz and Wielandt). Inverse iteration improves `x`; if it fails, power

@@ -301,6 +301,21 @@ impl Dof {
             Motion::Translation => Wrench::force_through(axis, k.position),
         }
     }
+
+    /// Computes the rate of this degree of freedom in the twist `relative` of the successor
+    /// relative to the predecessor: the power of [`Self::effort`] on this twist.
+    #[inline]
+    pub fn rate_of<T: Scalar>(&self, relative: Twist<T>, j: &Pose<T>, k: &Pose<T>) -> T {
+        let frame = match self.carrier {
+            Carrier::Predecessor => j,
+            Carrier::Successor => k,
+        };
+        let axis = frame.rotation.columns[self.axis];
+        match self.motion {
+            Motion::Rotation | Motion::Screw => relative.angular.dot(axis),
+            Motion::Translation => relative.velocity_at(k.position).dot(axis),
+        }
+    }
 }
 
 impl Constraint {

@@ -4,6 +4,7 @@
 //! Equations (K1) and (K2) of the book's theory.
 
 use super::Target;
+use super::kernel_program::Results;
 use super::measure::{Difference, deviation};
 use crate::joint::{Carrier, Dof, MOST_DOFS, Motion};
 use crate::parameters::{InterfaceParameters, JointSpringParameters, Parameters};
@@ -315,8 +316,9 @@ impl<T: Scalar> Bodies<T> {
         let (predecessor, successor) = topology.ends[joint];
         let relative = self.twist[successor] - self.twist[predecessor];
         let mut rates = [T::zero(); MOST_DOFS];
+        let (j, k) = (&self.frame_j[joint], &self.frame_k[joint]);
         for (rate, dof) in rates.iter_mut().zip(topology.joint_types[joint].dofs()) {
-            *rate = relative.power(self.effort(dof, joint));
+            *rate = dof.rate_of(relative, j, k);
         }
         rates
     }
@@ -382,7 +384,11 @@ impl<T: Scalar> Bodies<T> {
         let rates = self.joint_rates(topology, joint);
         let bias = self.joint_bias_at(topology, parameters, joint, rates);
         let relative = self.acceleration[successor] - self.acceleration[predecessor] - bias;
-        Target { value, rate: rates[dof], acceleration: relative.power(self.effort(own, joint)) }
+        Target {
+            value,
+            rate: rates[dof],
+            acceleration: own.rate_of(relative, &self.frame_j[joint], &self.frame_k[joint]),
+        }
     }
 
     /// Acceleration of a joint's successor relative to its predecessor that is due to the rates of
@@ -415,6 +421,53 @@ impl<T: Scalar> Bodies<T> {
             bias += carrier.carry(dof.twist(j, k, parameters.pitch[joint])) * rate;
         }
         bias
+    }
+}
+
+/// Order of the numbers in the results of a program, see [`Bodies::read`].
+impl<T: Copy> Bodies<T> {
+    /// Calls `put` with all numbers: first twists and accelerations, then places.
+    pub(crate) fn write(&self, mut put: impl FnMut(&[T])) {
+        for Twist { angular: a, linear: v } in
+            self.twist.iter().chain(&self.acceleration).chain(&self.bias)
+        {
+            put(&[a.x, a.y, a.z, v.x, v.y, v.z]);
+        }
+        for pose in self.pose.iter().chain(&self.frame_j).chain(&self.frame_k) {
+            let ([x, y, z], p) = (pose.rotation.columns, pose.position);
+            put(&[x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z, p.x, p.y, p.z]);
+        }
+        for Twist { angular: a, linear: v } in &self.screws {
+            put(&[a.x, a.y, a.z, v.x, v.y, v.z]);
+        }
+        put(&self.spring_coordinates);
+    }
+}
+
+impl Bodies<f64> {
+    /// Reads the numbers that [`Self::write`] puts: twists and accelerations; and, if `with_places`
+    /// is true, poses of bodies and joint frames, unit twists, and coordinates of springs.
+    pub(super) fn read(&mut self, numbers: &mut Results<'_>, with_places: bool) {
+        let twist = |numbers: &mut Results<'_>| {
+            let [a, b, c, u, v, w] = numbers.next();
+            Twist { angular: Vec3::new(a, b, c), linear: Vec3::new(u, v, w) }
+        };
+        for own in self.twist.iter_mut().chain(&mut self.acceleration).chain(&mut self.bias) {
+            *own = twist(numbers);
+        }
+        if !with_places {
+            return;
+        }
+        let frames = self.frame_j.iter_mut().chain(&mut self.frame_k);
+        for pose in self.pose.iter_mut().chain(frames) {
+            let [a, b, c, d, e, f, g, h, i, x, y, z] = numbers.next();
+            pose.rotation.columns = [Vec3::new(a, b, c), Vec3::new(d, e, f), Vec3::new(g, h, i)];
+            pose.position = Vec3::new(x, y, z);
+        }
+        for own in &mut self.screws {
+            *own = twist(numbers);
+        }
+        numbers.fill(&mut self.spring_coordinates);
     }
 }
 

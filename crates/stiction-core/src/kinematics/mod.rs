@@ -13,6 +13,7 @@ mod error;
 mod finite_motion;
 mod floating;
 mod gearing;
+mod kernel_program;
 mod least_squares;
 mod legs;
 mod measure;
@@ -34,6 +35,7 @@ pub use coordinate::{AngleOrder, Coordinate, Target};
 pub(crate) use dof::{actuator_rate, body_twists};
 pub use error::AssemblyError;
 pub use finite_motion::FiniteMotion;
+pub(crate) use kernel_program::Results;
 pub(crate) use measure::{deviation, difference, measure_motion};
 pub(crate) use model::KinematicModel;
 pub(crate) use partial::{Missed, RateRows, What, assemble_partly};
@@ -45,6 +47,8 @@ pub(crate) use tracing::LoopsAt;
 // Used by other crates of the project; not part of the stable interface.
 #[doc(hidden)]
 pub use error::{Gap, OpenDof};
+#[doc(hidden)]
+pub use kernel_program::{KernelProgram, ProgramMemory, Stage};
 #[doc(hidden)]
 pub use legs::Legs;
 #[doc(hidden)]

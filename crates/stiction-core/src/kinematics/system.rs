@@ -65,6 +65,8 @@ pub struct Kinematics<T> {
     sign: T,
     /// True if `factors` and `sign` belong to the configuration for which rates were last computed.
     is_factored: bool,
+    /// True if `errors` belong to the poses of the bodies.
+    has_errors: bool,
 }
 
 impl<T: Scalar> Kinematics<T> {
@@ -88,6 +90,7 @@ impl<T: Scalar> Kinematics<T> {
             closures: motion_constraints.closures,
             sign: T::one(),
             is_factored: false,
+            has_errors: false,
         }
     }
 
@@ -148,6 +151,7 @@ impl<T: Scalar> Kinematics<T> {
         targets: &[Target<T>],
     ) {
         self.bodies.place(topology, parameters, &state.coordinates);
+        self.has_errors = true;
         let mut row = 0;
         for cut in &topology.cuts {
             let joint_type = topology.joint_types[cut.joint];
@@ -305,6 +309,18 @@ impl<T: Scalar> Kinematics<T> {
         self.is_factored = false;
         self.bodies.move_with(topology, &state.rates);
         self.bodies.accelerate(topology, &state.accelerations);
+    }
+
+    /// Marks factors, and errors if `with_places` is true, as those of another configuration, after
+    /// a program has computed the motion of the bodies.
+    pub(super) fn take_over(&mut self, with_places: bool) {
+        self.is_factored = false;
+        self.has_errors &= !with_places;
+    }
+
+    /// Returns `true` if the errors of the rows belong to the poses of the bodies.
+    pub(crate) fn has_errors(&self) -> bool {
+        self.has_errors
     }
 
     /// Factors the equations at the configuration for which rates were last computed, unless they

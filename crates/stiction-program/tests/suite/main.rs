@@ -9,4 +9,5 @@ mod emit;
 mod feedforward;
 mod forward;
 mod inverse;
+mod kernels;
 mod legs;

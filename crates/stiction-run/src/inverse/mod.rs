@@ -15,6 +15,7 @@ mod motor_curves;
 mod motor_summary;
 mod motors;
 mod page;
+mod recorded;
 pub(crate) mod rows;
 mod run;
 mod sample;

@@ -62,6 +62,7 @@ impl Job<'_> {
         let count = instants.count();
         let mut follower = self.assemble(instants.at(0))?;
         follower.solver.extrapolate();
+        self.record_program(&mut follower, &instants);
 
         // The first pass scans the motion.
         let mut extremes = MotionExtremes::none();

@@ -242,7 +242,7 @@ impl Solving<'_> {
         sample.joints.clear();
         sample.joints.extend(joint_motions(solver, &self.dofs));
         sample.loads.clone_from(loads);
-        sample.closure = solver.closure_error();
+        sample.closure = known.map_or_else(|| solver.closure_error(), |known| known.closure);
         sample.distances = uniqueness.distances;
         sample.determined_reactions.clone_from(&uniqueness.reactions);
         sample.determined_gearings.clone_from(&uniqueness.gearings);

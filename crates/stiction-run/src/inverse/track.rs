@@ -14,6 +14,8 @@ pub(super) struct Track {
     targets: Vec<Target<f64>>,
     /// Side of each sample, see [`InverseDynamics::side`].
     sides: Vec<Option<f64>>,
+    /// Loop-closure error of each sample, m.
+    closures: Vec<f64>,
     /// Number of coordinates and number of degrees of freedom of the spanning tree.
     widths: [usize; 2],
     /// Number of prescribed coordinates.
@@ -31,6 +33,8 @@ pub(super) struct Known<'a> {
     /// Sign of the determinant of the loop constraints with locked actuators, see
     /// [`InverseDynamics::side`].
     pub(super) side: Option<f64>,
+    /// Loop-closure error, m.
+    pub(super) closure: f64,
 }
 
 impl Track {
@@ -52,6 +56,7 @@ impl Track {
             self.numbers.extend_from_slice(part);
         }
         self.targets.extend_from_slice(solver.targets());
+        self.closures.push(solver.closure_error());
         // The equations of motion are still factored here, unlike after a return to a stored
         // configuration. A mechanism at rest stays on its side.
         let (before, now) = self.numbers.split_at(first);
@@ -66,12 +71,13 @@ impl Track {
             (self.widths, self.prescribed) = (other.widths, other.prescribed);
         }
         let count =
-            |track: &Self| track.numbers.len() + 3 * track.targets.len() + 2 * track.sides.len();
+            |track: &Self| track.numbers.len() + 3 * track.targets.len() + 3 * track.sides.len();
         self.is_full |= count(self) + count(other) > Self::MOST;
         if !self.is_full {
             self.numbers.extend_from_slice(&other.numbers);
             self.targets.extend_from_slice(&other.targets);
             self.sides.extend_from_slice(&other.sides);
+            self.closures.extend_from_slice(&other.closures);
         }
     }
 
@@ -83,9 +89,9 @@ impl Track {
         }
         let numbers = self.numbers.get(sample * width..(sample + 1) * width)?;
         let targets = self.targets.get(sample * prescribed..(sample + 1) * prescribed)?;
-        let side = *self.sides.get(sample)?;
+        let (side, closure) = (*self.sides.get(sample)?, *self.closures.get(sample)?);
         let (coordinates, rest) = numbers.split_at(self.widths[0]);
         let (rates, accelerations) = rest.split_at(self.widths[1]);
-        Some(Known { state: [coordinates, rates, accelerations], targets, side })
+        Some(Known { state: [coordinates, rates, accelerations], targets, side, closure })
     }
 }

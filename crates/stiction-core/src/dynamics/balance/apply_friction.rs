@@ -105,7 +105,7 @@ impl<T: Scalar> Balance<T> {
     /// Solves the balance for the friction of a single interface as the only load, using the
     /// frictionless matrix factorised by [`Self::factor_frictionless`]. `friction` contains the
     /// generalised force on each DOF of the interface per newton of friction, and the friction
-    /// force, N. Writes the actuator efforts that overcome this friction.
+    /// force, N. Solves in `passes` passes. Writes the actuator efforts that overcome this friction.
     pub(in crate::dynamics) fn apply_friction_alone(
         &mut self,
         plan: &BalancePlan,
@@ -113,11 +113,11 @@ impl<T: Scalar> Balance<T> {
         bodies: &Bodies<T>,
         interface: &InterfaceParameters<T>,
         friction: ([T; 3], T),
-        efforts: &mut [T],
+        (passes, efforts): (usize, &mut [T]),
     ) {
         let topology = &plan.topology;
         self.set_friction_alone(topology, bodies, interface, friction);
-        self.solve_factored(plan, parameters, bodies);
+        self.solve_factored(plan, parameters, bodies, passes);
         self.read_efforts(plan, parameters, bodies, &self.constants, efforts);
     }
 

@@ -13,11 +13,11 @@ pub(in crate::dynamics) use unit_frictions::{
 
 use super::plan::BalancePlan;
 use super::structure::BalanceStructure;
-use crate::kinematics::Bodies;
+use crate::kinematics::{Bodies, Results};
 use crate::linalg::StaticLu;
 use crate::parameters::Parameters;
 use crate::scalar::Scalar;
-use crate::spatial::{Twist, Wrench};
+use crate::spatial::{Twist, Vec3, Wrench};
 use crate::topology::{Link, Role, Topology};
 
 /// Force and moment balance of all bodies at one instant, with the buffers for its solution.
@@ -104,7 +104,7 @@ impl<T: Scalar> Balance<T> {
     ) -> T {
         self.assemble(plan, parameters, bodies);
         let sign = plan.program.factor(&self.entries, &mut self.factors);
-        self.solve_factored(plan, parameters, bodies);
+        self.solve_factored(plan, parameters, bodies, plan.passes());
         sign
     }
 
@@ -156,6 +156,14 @@ impl<T: Scalar> Balance<T> {
         self.collect(topology);
     }
 
+    /// Calls `put` with the components of the wrenches that the nodes require, and of the joint
+    /// wrenches.
+    pub(super) fn write_wrenches(&self, mut put: impl FnMut(&[T])) {
+        for Wrench { force: f, moment: m } in self.demand.iter().chain(&self.joint_wrenches) {
+            put(&[f.x, f.y, f.z, m.x, m.y, m.z]);
+        }
+    }
+
     /// Sets the generalised friction force on each DOF of the spanning tree. The residual of the
     /// balance includes these forces.
     pub(super) fn set_constants(&mut self, constants: &[T]) {
@@ -172,16 +180,16 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
-    /// Solves the balance with the last factorisation in [`BalancePlan::passes`] passes (the first
-    /// solve and the iterative refinements), and computes all joint wrenches.
+    /// Solves the balance with the last factorisation in `passes` passes (the first solve and the
+    /// iterative refinements), and computes all joint wrenches.
     fn solve_factored(
         &mut self,
         plan: &BalancePlan,
         parameters: &Parameters<T>,
         bodies: &Bodies<T>,
+        passes: usize,
     ) {
         let BalancePlan { topology, structure, program } = plan;
-        let passes = plan.passes();
         self.begin_wrenches(topology);
         for pass in 1..=passes {
             self.measure(plan, parameters, bodies);
@@ -298,6 +306,17 @@ impl<T: Scalar> Balance<T> {
 }
 
 impl Balance<f64> {
+    /// Reads the numbers that [`Self::write_wrenches`] puts, and sets the rows of the balance
+    /// without friction.
+    pub(super) fn read_wrenches(&mut self, bodies: &Bodies<f64>, numbers: &mut Results<'_>) {
+        for wrench in self.demand.iter_mut().chain(&mut self.joint_wrenches) {
+            let [a, b, c, u, v, w] = numbers.next();
+            *wrench = Wrench { force: Vec3::new(a, b, c), moment: Vec3::new(u, v, w) };
+        }
+        self.is_frictionless = false;
+        self.rows.copy_from_slice(&bodies.screws);
+    }
+
     /// Returns the matrix entries computed by [`Self::assemble`].
     pub(super) fn into_entries(self) -> Vec<f64> {
         self.entries

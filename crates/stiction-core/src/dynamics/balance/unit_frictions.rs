@@ -117,7 +117,8 @@ impl Balance<f64> {
         for (lane, unit) in units.iter().enumerate() {
             let interface = &parameters.interfaces[unit.interface];
             let friction = (unit.against, 1.0);
-            self.apply_friction_alone(plan, parameters, bodies, interface, friction, alone);
+            let results = (plan.passes(), &mut **alone);
+            self.apply_friction_alone(plan, parameters, bodies, interface, friction, results);
             for (lanes, wrench) in wrenches.iter_mut().zip(&self.joint_wrenches) {
                 set_lane(lanes, lane, *wrench);
             }

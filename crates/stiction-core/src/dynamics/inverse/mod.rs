@@ -3,11 +3,13 @@
 mod probing;
 mod settled;
 
+pub(super) use settled::BALANCED;
+
 use super::balance::Balance;
 use super::interfaces::{Coupling, InterfaceState, Interfaces};
 use super::model::Model;
 use super::settings::{FrictionMode, Settings};
-use crate::kinematics::{Bodies, Kinematics};
+use crate::kinematics::{Bodies, Kinematics, Results};
 use crate::parameters::Parameters;
 use crate::scalar::Scalar;
 use crate::spatial::{Vec3, Wrench};
@@ -178,6 +180,12 @@ impl<T: Scalar> Inverse<T> {
         self.friction_change = T::zero();
     }
 
+    /// Calls `put` with the numbers of the solution without friction.
+    pub(super) fn write_frictionless(&self, mut put: impl FnMut(&[T])) {
+        self.balance.write_wrenches(&mut put);
+        put(&self.efforts_frictionless);
+    }
+
     /// Takes one Newton step of the iteration between friction and reactions. Returns the largest
     /// change of a normal force and the largest normal force, N.
     pub(super) fn step(
@@ -306,5 +314,27 @@ impl<T: Scalar> Inverse<T> {
             let amount = finite.if_positive(amount, T::zero());
             kinematics.bodies.accelerate_more(model.topology(), response, amount);
         }
+    }
+}
+
+impl Inverse<f64> {
+    /// Reads the solution without friction that [`Self::write_frictionless`] puts from the results
+    /// of a program, and computes the sliding velocities. The matrix of the balance is not
+    /// computed.
+    pub(super) fn begin_by_program(
+        &mut self,
+        model: &Model,
+        (parameters, bodies): (&Parameters<f64>, &Bodies<f64>),
+        settings: &Settings,
+        numbers: &mut Results<'_>,
+    ) {
+        self.mode = settings.friction;
+        self.balance.read_wrenches(bodies, numbers);
+        numbers.fill(&mut self.efforts_frictionless);
+        self.efforts.copy_from_slice(&self.efforts_frictionless);
+        (self.sign_without, self.sign_with) = (1.0, 1.0);
+        self.friction_change = 0.0;
+        self.friction_efforts.fill(0.0);
+        self.interfaces.update_slip(model.topology(), parameters, bodies, settings.rest_speed);
     }
 }

@@ -39,8 +39,8 @@ impl<T: Scalar> Inverse<T> {
     /// the wrench of a joint. `loads` contains the index and the normal force, N, of each
     /// interface whose friction depends on the normal force.
     ///
-    /// Returns false if the solution does not satisfy the balance to round-off. Also returns false
-    /// if the model is not plain (see
+    /// Returns false if the solution does not satisfy the balance up to `tolerance`, relative to
+    /// the largest joint wrench. Also returns false if the model is not plain (see
     /// [`BalanceStructure::is_plain`](crate::dynamics::structure::BalanceStructure)), after calling
     /// [`Self::restart_from`] with these wrenches. Requires a previous [`Self::begin`] for this
     /// motion, no static friction at interfaces at rest, and a coupling bound below one, which
@@ -50,7 +50,7 @@ impl<T: Scalar> Inverse<T> {
         model: &Model,
         parameters: &Parameters<T>,
         bodies: &Bodies<T>,
-        settings: &Settings,
+        (settings, tolerance): (&Settings, f64),
         (wrench_of, loads): (impl Fn(usize) -> Wrench<T>, impl Iterator<Item = (usize, T)>),
     ) -> bool {
         let plan = &*model.balance;
@@ -75,7 +75,7 @@ impl<T: Scalar> Inverse<T> {
         self.finish_friction(model, parameters, bodies);
         self.balance.set_constants(&self.friction_efforts);
         settings.is_settled(change.largest(), largest.largest())
-            && self.is_balanced(model, parameters)
+            && self.is_balanced_to(tolerance, model, parameters)
     }
 
     /// Updates slip and friction laws for friction coefficients multiplied by `part`.

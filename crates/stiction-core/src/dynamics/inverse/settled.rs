@@ -9,6 +9,8 @@ use crate::scalar::Scalar;
 
 /// Changes of the normal forces below this fraction of the largest normal force count as round-off.
 const STAGNATED: f64 = 1e-9;
+/// Largest accepted residual of the balance, relative to the largest joint wrench.
+pub(in crate::dynamics) const BALANCED: f64 = 1e-9;
 
 impl<T: Scalar> Inverse<T> {
     /// Returns true if the iteration between friction and reactions has converged, and if the
@@ -40,6 +42,16 @@ impl<T: Scalar> Inverse<T> {
     /// Returns true if the balance is satisfied to round-off, and if the reactions are not large
     /// compared with the load. Otherwise the elimination order is not suited to the configuration.
     pub fn is_balanced(&self, model: &Model, parameters: &Parameters<T>) -> bool {
+        self.is_balanced_to(BALANCED, model, parameters)
+    }
+
+    /// Returns [`Self::is_balanced`] for another tolerance, relative to the largest joint wrench.
+    pub(super) fn is_balanced_to(
+        &self,
+        tolerance: f64,
+        model: &Model,
+        parameters: &Parameters<T>,
+    ) -> bool {
         // With larger growth, fewer than eight digits of a reaction would be accurate.
         const GROWTH: f64 = 1e8;
         let (residual, demanded, carried) =
@@ -50,7 +62,7 @@ impl<T: Scalar> Inverse<T> {
         };
         let frictions = self.interfaces.states.iter().zip(&parameters.interfaces).map(without_load);
         let demanded = frictions.fold(demanded, f64::max);
-        residual.is_finite() && residual <= 1e-9 * carried && carried <= GROWTH * demanded
+        residual.is_finite() && residual <= tolerance * carried && carried <= GROWTH * demanded
     }
 
     /// Returns the relative sign of the determinants of the balance with and without friction: 1 if

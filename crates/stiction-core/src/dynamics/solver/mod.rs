@@ -4,6 +4,7 @@
 
 mod checkpoint;
 mod planning;
+mod program;
 mod solve;
 
 use super::contributions::Contributions;
@@ -17,7 +18,7 @@ use super::structure::Weighting;
 use crate::friction_problem::normal_load::Configuration;
 use crate::kinematics::{
     Assembly, AssemblyError, AssemblyReport, Bodies, Coordinate, Kinematics, MotionConstraints,
-    State, Target, actuator_rate, body_twists,
+    State, Target, actuator_rate, body_twists, closure_error,
 };
 use crate::linalg::StaticLu;
 use crate::mechanism::{BodyId, JointId, Mechanism};
@@ -27,6 +28,7 @@ use crate::statics::newton_euler::NewtonEuler;
 use crate::statics::{DETERMINED, IdleAxis, Statics};
 use crate::topology::{Topology, TreeRule};
 use nalgebra::DMatrix;
+use program::ProgramOfSolver;
 use std::sync::Arc;
 
 /// Solver that moves a mechanism along prescribed coordinates: it closes the loops, follows
@@ -75,6 +77,8 @@ pub struct InverseDynamics {
     /// True if the compiled model computed the last forces, false if the dense fallback did.
     forces_by_kernel: bool,
     shares: Contributions<f64>,
+    /// Recorded program that replaces the kernels along a motion.
+    program: Option<ProgramOfSolver>,
     /// Number of times that the balance has been compiled.
     plans: u64,
     /// Coordinates of the spanning tree at which the balance was compiled.
@@ -185,6 +189,7 @@ impl InverseDynamics {
             friction_coupling: FrictionCoupling::default(),
             forces_by_kernel: true,
             shares,
+            program: None,
             plans: 0,
             compiled_at: Vec::new(),
         };
@@ -284,6 +289,9 @@ impl InverseDynamics {
     /// the mechanism has instantaneous mobility with all actuators locked. `None` if the number of
     /// actuators differs from the number of prescribed coordinates, or is zero.
     pub fn side(&mut self) -> Option<f64> {
+        if let Some(side) = self.side_by_program() {
+            return side;
+        }
         let topology = &self.topology;
         let (model, kinematics) = self.assembly.parts();
         let coordinates = model.constraints().coordinates();
@@ -368,7 +376,12 @@ impl InverseDynamics {
     /// multiplied by the characteristic length.
     pub fn closure_error(&self) -> f64 {
         let assembly = &self.assembly;
-        assembly.kinematics().closure_error(assembly.motion_constraints(), self.parameters.length)
+        let kinematics = assembly.kinematics();
+        if kinematics.has_errors() {
+            return kinematics.closure_error(assembly.motion_constraints(), self.parameters.length);
+        }
+        let at = (&kinematics.bodies, &*assembly.state().coordinates);
+        closure_error(&self.topology, &self.parameters, at)
     }
 
     /// Returns the forces of the last successful [`Self::solve`], even if the mechanism has moved

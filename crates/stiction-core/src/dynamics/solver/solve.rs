@@ -7,6 +7,7 @@ use crate::dynamics::continuation;
 use crate::dynamics::dense_fallback;
 use crate::dynamics::error::InverseError;
 use crate::dynamics::forces::{BALANCED, Bounds, Forces};
+use crate::dynamics::inverse::BALANCED as BALANCE;
 use crate::dynamics::power::Power;
 use crate::dynamics::rest::bounds;
 use crate::dynamics::rest::{self, Rest};
@@ -32,7 +33,7 @@ impl InverseDynamics {
         self.check_loads(loads)?;
         self.check_springs()?;
         self.check_overlaps()?;
-        let mut balanced = self.by_kernel(loads);
+        let mut balanced = self.by_program(loads) || self.by_kernel(loads);
         if !balanced {
             // The elimination order may be unsuited to this configuration, so the model is compiled
             // here.
@@ -101,7 +102,7 @@ impl InverseDynamics {
 
     /// Solves for all forces with the compiled model. Returns false if no model is compiled, or if
     /// the results are not reliable.
-    fn by_kernel(&mut self, loads: &[AppliedLoad<f64>]) -> bool {
+    pub(in crate::dynamics) fn by_kernel(&mut self, loads: &[AppliedLoad<f64>]) -> bool {
         self.share_kinematics();
         let Ok(Compiled { model, inverse }) = &mut self.compiled else { return false };
         self.assembly.forget_spins();
@@ -122,7 +123,8 @@ impl InverseDynamics {
                 let found = (wrench_of, coupling.present_loads());
                 // This solution does not include static friction.
                 let is_whole = coupling.has_only_sliding_friction();
-                let adopted = inverse.adopt(model, parameters, bodies, settings, found);
+                let tolerance = (settings, BALANCE);
+                let adopted = inverse.adopt(model, parameters, bodies, tolerance, found);
                 if adopted && is_whole {
                     return true;
                 }

@@ -10,8 +10,10 @@ mod known_poses;
 mod locks;
 mod metric;
 mod missing_poses;
+mod newton;
 mod planning;
 mod prescribed_pose;
+mod program;
 mod reference;
 mod report;
 mod search;
@@ -24,6 +26,7 @@ pub use report::{AssemblyReport, Conflict, OpenMode};
 use super::bodies::{Bodies, State};
 use super::coordinate::{Coordinate, Target};
 use super::error::AssemblyError;
+use super::kernel_program::ProgramAtState;
 use super::model::KinematicModel;
 use super::motion_constraints::MotionConstraints;
 use super::system::Kinematics;
@@ -45,15 +48,6 @@ const CLOSED_AT_WORST: f64 = 1e-12;
 /// configuration, a search stops at about 1e-12, because the errors there decrease with the square
 /// of the distance to the solution.
 const SINGULAR: f64 = 1e-10;
-/// Closure error below which Newton's method converges quadratically.
-const NEAR: f64 = 1e-7;
-/// If the closure error before a Newton step is below this value, a second step with the same
-/// matrix reduces the error to about the product of the errors before the two steps.
-const CLOSE: f64 = 1e-3;
-/// Errors below this fraction of the closure tolerance are comparable to round-off.
-const ROUNDED: f64 = 0.1;
-/// Maximum number of Newton steps before the search by damped least squares begins.
-const NEWTON_STEPS: usize = 12;
 
 /// Mechanism at a configuration that closes the loops and satisfies the prescribed coordinates.
 #[derive(Clone, Debug)]
@@ -74,6 +68,8 @@ pub(crate) struct Assembly {
     /// Targets before the last step.
     passed: Vec<Target<f64>>,
     extrapolation: Extrapolation,
+    /// Recorded program that computes rates, accelerations and the motion of the bodies.
+    program: Option<ProgramAtState>,
     row_scales: Vec<f64>,
     /// Coordinates of the spanning tree for which the rate equations were compiled.
     planned_at: Vec<f64>,
@@ -154,6 +150,7 @@ impl Assembly {
             targets: targets.to_vec(),
             passed: targets.to_vec(),
             extrapolation: Extrapolation::default(),
+            program: None,
             row_scales: Vec::new(),
             planned_at: Vec::new(),
             body_names,
@@ -294,6 +291,9 @@ impl Assembly {
         self.passed.copy_from_slice(&self.targets);
         self.state.coordinates.copy_from_slice(coordinates);
         self.targets.copy_from_slice(targets);
+        if self.moves_by_program(true) {
+            return true;
+        }
         let closed = CLOSED_AT_WORST.max(self.state.round_off());
         let arrived = self.place(parameters) < closed;
         if arrived {
@@ -361,6 +361,9 @@ impl Assembly {
     /// Solves for rates and accelerations at the solution of [`Self::newton`], reusing the poses
     /// computed there. Returns `false` if rates or accelerations are not finite.
     fn differentiates_here(&mut self, parameters: &Parameters<f64>) -> bool {
+        if self.moves_by_program(false) {
+            return self.is_differentiated();
+        }
         let Self { kinematics, model, state, targets, .. } = self;
         kinematics.differentiate_here(model, parameters, state, targets);
         self.is_differentiated()
@@ -414,66 +417,6 @@ impl Assembly {
 
     fn differentiate(&mut self, parameters: &Parameters<f64>) {
         self.kinematics.differentiate(&self.model, parameters, &mut self.state, &self.targets);
-    }
-
-    /// Runs Newton's method with the current plan and computes the poses of the bodies. Returns
-    /// `false` if some loops remain open.
-    fn newton(&mut self, parameters: &Parameters<f64>) -> bool {
-        let closed = CLOSED.max(self.state.round_off());
-        let mut error = f64::INFINITY;
-        let mut is_placed = false;
-        if self.extrapolation.is_active() && self.is_determined() && self.kinematics.is_factored() {
-            // The matrix of the previous configuration is almost that of the present one.
-            error = self.place(parameters);
-            if error < closed {
-                return true;
-            }
-            is_placed = true;
-            if self.extrapolation.suffices(error, ROUNDED * closed) {
-                self.sound.clone_from(&self.state);
-                self.kinematics.approach_again(&self.model, &mut self.state);
-                let before = std::mem::replace(&mut error, self.place(parameters));
-                self.extrapolation.add(before, error, ROUNDED * closed);
-                if error < closed {
-                    return true;
-                }
-                if !error.is_finite() {
-                    self.state.clone_from(&self.sound);
-                    is_placed = false;
-                }
-            }
-        }
-        for _ in 0..NEWTON_STEPS {
-            self.sound.clone_from(&self.state);
-            if !std::mem::take(&mut is_placed) {
-                self.place(parameters);
-            }
-            self.kinematics.approach_here(&self.model, parameters, &mut self.state);
-            if !self.state.coordinates.iter().all(|q| q.is_finite()) {
-                // Singular matrix: restore the last finite state, from which the next method
-                // starts.
-                self.state.clone_from(&self.sound);
-                return false;
-            }
-            // The errors are those of the poses before the present step.
-            let before = self.scaled_error();
-            if before < CLOSE {
-                error = self.place(parameters);
-                // Two more steps with the matrix of this step reduce the error to round-off.
-                let again = if before < NEAR { 0 } else { 2 };
-                for _ in 0..again {
-                    if error < ROUNDED * closed {
-                        return true;
-                    }
-                    self.kinematics.approach_again(&self.model, &mut self.state);
-                    error = self.place(parameters);
-                }
-                if error < closed {
-                    return true;
-                }
-            }
-        }
-        error < CLOSED_AT_WORST.max(closed)
     }
 
     /// Computes the poses of all bodies; returns the largest scaled error.

@@ -12,6 +12,7 @@ mod bounds;
 mod inverse_iteration;
 #[cfg(test)]
 mod tests;
+mod travel;
 
 use super::distance::Distances;
 use super::newton_euler::NewtonEuler;
@@ -23,6 +24,7 @@ use crate::mechanism::Mechanism;
 use crate::parameters::Parameters;
 use crate::spatial::Wrench;
 use inverse_iteration::{length_squared, weakest};
+use travel::{Changes, Kinds, Places};
 
 /// Singular values below this fraction of the largest entry are refined with the balance matrix
 /// itself, because the Gram matrix loses digits: its round-off is about 1e-14. The error is
@@ -51,11 +53,9 @@ pub struct SingularityDistances {
     /// Scaled unit wrenches of each joint, constraints before actuators, on the joint's predecessor
     /// and successor.
     on: Vec<[[Part; BLOCK]; 2]>,
-    /// Scaled unit wrenches at the preceding configuration, for [`Self::travel`].
-    passed: Vec<[[Part; BLOCK]; 2]>,
-    /// For each body, two sums of the norms of the changes of its blocks, for [`Self::travel`]: of
-    /// the constraints alone, and of constraints and actuators.
-    body_sums: Vec<[f64; 2]>,
+    /// Places at the preceding configuration, for [`Self::travel`].
+    places: Places,
+    changes: Changes,
     /// Transposed constraint wrenches of each joint on its predecessor and successor: one value per
     /// constraint for each component of the wrench.
     across: Vec<[[Part; BLOCK]; 2]>,
@@ -85,6 +85,7 @@ struct Content {
     /// Total number of constraints and actuators of the joint.
     unknowns: usize,
     drives: Vec<Dof>,
+    kinds: Kinds,
 }
 
 /// Two joints with a common body. An entry of `ends` is 0 if the common body is the predecessor of
@@ -115,7 +116,8 @@ impl SingularityDistances {
                 let constraints = joint.joint_type.constraints().len();
                 let ends = [joint.predecessor.0, joint.successor.0];
                 let unknowns = constraints + drives.len();
-                Content { joint_type: joint.joint_type, ends, constraints, unknowns, drives }
+                let kinds = Kinds::of(joint.joint_type.constraints());
+                Content { joint_type: joint.joint_type, ends, constraints, unknowns, drives, kinds }
             })
             .collect();
         if joints.iter().map(|joint| joint.unknowns).sum::<usize>() != BLOCK * bodies {
@@ -165,8 +167,8 @@ impl SingularityDistances {
             by_joints,
             joint_slots,
             on: vec![[[[0.0; BLOCK]; BLOCK]; 2]; count],
-            passed: vec![[[[0.0; BLOCK]; BLOCK]; 2]; count],
-            body_sums: vec![[0.0; 2]; bodies],
+            places: Places::default(),
+            changes: Changes::default(),
             across: vec![[[[0.0; BLOCK]; BLOCK]; 2]; count],
             actuation: Prediction::default(),
             constraint: Prediction::default(),
