@@ -74,9 +74,9 @@ impl KernelResponses {
             };
             let given: Vec<Recorded> = left.iter().map(|effort| -*effort).collect();
             let ideal = rest(local(&frame, base.inverse.joint_wrenches()[joint]), &given);
-            let of_friction =
-                |interface: &usize| rest(of_frictions[*interface], &responses[*interface].efforts);
-            let by_friction: Vec<Wrench<Recorded>> = coupled.iter().map(of_friction).collect();
+            let pairs = of_frictions.iter().zip(responses);
+            let by_friction: Vec<Wrench<Recorded>> =
+                pairs.map(|(wrench, response)| rest(*wrench, &response.efforts)).collect();
             let of_acceleration =
                 |unit: &Inertial<Recorded>| rest(local(&frame, unit.wrenches[joint]), &unit.drives);
             let of_tree: Vec<Wrench<Recorded>> = units.forces.iter().map(of_acceleration).collect();
@@ -169,17 +169,17 @@ impl RecordingSource<'_> {
         let left: Vec<Recorded> =
             efforts.iter().zip(base.inverse.efforts()).map(|(effort, h)| *effort - *h).collect();
         let (loads, ratios) = kernel.loads(coupled, form, &left);
-        // Efforts without the friction forces that depend on normal loads, and their changes per
-        // unit normal load.
+        // Efforts that remain without those parts of all friction forces that depend on normal
+        // loads, and the changes of efforts per unit normal load.
         let mut unloaded = left.clone();
         let mut per_load = Vec::new();
         for (drive, unloaded) in unloaded.iter_mut().enumerate() {
-            for interface in coupled {
-                let (coefficient, constant) = states[*interface].resistance();
-                let change = responses[*interface].efforts[drive];
-                *unloaded -= change * constant;
-                per_load.push(change * coefficient);
+            for (state, response) in states.iter().zip(responses) {
+                *unloaded -= response.efforts[drive] * state.resistance().1;
             }
+            per_load.extend(coupled.iter().map(|interface| {
+                responses[*interface].efforts[drive] * states[*interface].resistance().0
+            }));
         }
         let right = |loads: &[Recorded]| -> Vec<Recorded> {
             let rows = unloaded.iter().zip(per_load.chunks(coupled.len().max(1)));
@@ -199,11 +199,11 @@ impl RecordingSource<'_> {
         let found_later = loads.all_under(&estimates_later, &of_later);
         let all_loads = loads.of_all(&estimates_later, &of_later);
         let all_forces = loads.forces_of_all(&all_loads);
-        // Interfaces that are not coupled change accelerations, too.
+        // Normal loads of interfaces that are not coupled change accelerations, too.
         let others = (0..states.len()).filter(|interface| !coupled.contains(interface));
         let right_last = others.fold(right(&estimates_later), |mut right, interface| {
             for (right, change) in right.iter_mut().zip(&responses[interface].efforts) {
-                *right -= *change * all_forces[interface];
+                *right -= *change * (states[interface].resistance().0 * all_loads[interface]);
             }
             right
         });

@@ -182,9 +182,10 @@ fn bordered(
     (0..count).map(of_load).chain((0..masses.len()).map(of_effort)).collect()
 }
 
-/// Tells for each interface whether its friction changes a normal load, at fixed accelerations or
-/// through the accelerations. The normal loads have the derivatives `slopes`, and the efforts the
-/// derivatives `efforts`.
+/// Tells for each interface whether its normal load changes a normal load by friction, at fixed
+/// accelerations or through the accelerations. Friction that does not depend on normal loads is
+/// always part of the loads. The normal loads have the derivatives `slopes`, and the efforts the
+/// derivatives `efforts`, with respect to normal loads.
 fn couples(
     graph: &Graph,
     slopes: &[Node],

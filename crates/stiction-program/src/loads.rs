@@ -36,8 +36,8 @@ pub(crate) struct Loads<'a> {
 pub(crate) struct Row {
     /// Wrench without friction and accelerations.
     ideal: Wrench<Recorded>,
-    /// The same wrench with those parts of the friction forces of coupled interfaces that do not
-    /// depend on the normal loads.
+    /// The same wrench with those parts of the friction forces of all interfaces that do not depend
+    /// on the normal loads.
     unloaded: Wrench<Recorded>,
     /// Change of the wrench per unit normal load of each coupled interface.
     by_load: Vec<Wrench<Recorded>>,
@@ -53,7 +53,7 @@ fn sum(start: Wrench<Recorded>, of: &[Wrench<Recorded>], amounts: &[Recorded]) -
 
 impl Loads<'_> {
     /// Adds the row of the next interface, with the changes of the wrench per newton of friction of
-    /// each coupled interface and per unit acceleration of each degree of freedom of the tree.
+    /// each interface and per unit acceleration of each degree of freedom of the tree.
     pub(crate) fn push(
         &mut self,
         ideal: Wrench<Recorded>,
@@ -66,10 +66,10 @@ impl Loads<'_> {
                 self.units.tree.iter().map(|unit| sum(Wrench::zero(), of_tree, unit)).collect()
             }
         };
-        let parts = self.coupled.iter().map(|interface| self.states[*interface].resistance());
+        let parts = self.states.iter().map(InterfaceState::resistance);
         let (coefficients, constants): (Vec<Recorded>, Vec<Recorded>) = parts.unzip();
-        let by_load = by_friction.iter().zip(coefficients).map(|(change, c)| *change * c);
-        let by_load = by_load.collect();
+        let per_load = |interface: &usize| by_friction[*interface] * coefficients[*interface];
+        let by_load = self.coupled.iter().map(per_load).collect();
         let unloaded = sum(ideal, by_friction, &constants);
         self.rows.push(Row { ideal, unloaded, by_load, by_acceleration });
     }
