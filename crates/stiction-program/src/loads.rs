@@ -3,8 +3,10 @@
 //!
 //! Friction forces are affine in the normal loads, joint wrenches are affine in friction forces and
 //! in the accelerations of the prescribed coordinates, and normal loads are functions of joint
-//! wrenches. Friction changes the wrenches at fixed accelerations only near its own joint, so most
-//! of these changes are zero. All other changes are due to accelerations.
+//! wrenches. At fixed accelerations, friction in one leg changes wrenches in all legs, because the
+//! actuators compensate for it. In the form of the wrenches in which multiples of the equations of
+//! the efforts have been added (`locality`, equation (P5) of the book's theory), most of these
+//! changes are zero, and the influence on other legs is due to accelerations.
 
 use crate::motions::UnitAccelerations;
 use crate::recorded::Recorded;
