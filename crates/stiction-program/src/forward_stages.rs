@@ -103,7 +103,7 @@ impl RecordingSource<'_> {
             let (masses, rights) = systems.split_at(unknowns * unknowns);
             let masses = Factors::new(&square(masses, unknowns), pivots.to_vec());
             let solutions = rights.chunks(unknowns).flat_map(|right| masses.solve(right));
-            solutions.chain([masses.determinant]).collect()
+            solutions.chain(masses.reciprocal_pivots()).collect()
         });
         let (first, others) = solutions[..SOLUTIONS * unknowns].split_at(unknowns);
         let by = [first, &new(start), others].concat();
@@ -114,12 +114,14 @@ impl RecordingSource<'_> {
         };
         let [masses, efforts, slopes, found] = [masses, efforts, slopes, found].map(now);
         let couples = couples(&graph, &slopes, &efforts, count, unknowns);
-        let determinant = newer(solutions[SOLUTIONS * unknowns]);
-        let system = [&masses[..], &efforts, &slopes, &found, &[determinant]].concat();
+        let frictionless: Vec<Node> =
+            solutions[SOLUTIONS * unknowns..].iter().map(|node| newer(*node)).collect();
+        let system = [&masses[..], &efforts, &slopes, &found, &frictionless].concat();
         let (graph, mut newton) = extend_graph(graph, &system, |system| {
             let (masses, rest) = system.split_at(masses.len());
             let (efforts, rest) = rest.split_at(efforts.len());
-            let (slopes, found) = rest.split_at(slopes.len());
+            let (slopes, rest) = rest.split_at(slopes.len());
+            let (found, frictionless) = rest.split_at(found.len());
             let matrix = bordered(&square(masses, unknowns), efforts, slopes, count);
             let order = pivots.iter().map(|&(row, column)| (count + row, count + column));
             let factors = Factors::new(&matrix, diagonal(count).into_iter().chain(order).collect());
@@ -137,8 +139,7 @@ impl RecordingSource<'_> {
                 estimates.iter().zip(changes).map(|(estimate, change)| *estimate - change).collect()
             };
             let mut steps = step(of(0), of(2));
-            let frictionless = system[system.len() - 1];
-            steps.push(factors.determinant * frictionless.recip());
+            steps.push(factors.determinant_relative_to(frictionless));
             steps.extend(step(of(1), of(3)));
             steps
         });
