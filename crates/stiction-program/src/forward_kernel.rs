@@ -49,7 +49,7 @@ impl KernelResponses {
             states,
             coupled,
             units,
-            by_tree: form.by_tree,
+            by_tree: form.is_by_tree(),
             rows: Vec::new(),
         };
         let mut ratios = Vec::new();

@@ -54,13 +54,13 @@ pub(crate) struct ForwardStages {
 
 impl RecordingSource<'_> {
     /// Records and merges all stages; `coupled` lists the interfaces whose friction changes a
-    /// normal load. Each sample contains [`Counts::inputs`](crate::recording::Counts::inputs)
-    /// values.
+    /// normal load. Replacements in `form` that need divisions are removed. Each sample contains
+    /// [`Counts::inputs`](crate::recording::Counts::inputs) values.
     pub(crate) fn record_forward(
         &self,
         coupled: &[usize],
         pivots: &[(usize, usize)],
-        form: &WrenchForm,
+        form: &mut WrenchForm,
         samples: &[Vec<f64>],
     ) -> ForwardStages {
         let counts = self.counts(coupled.len());
@@ -95,8 +95,8 @@ impl RecordingSource<'_> {
         let new = |nodes: &[Node]| -> Vec<Node> {
             nodes.iter().map(|node| new_of[*node as usize]).collect()
         };
-        if let Some(fewer) = form.without_divisions(&merged, &new(ratios)) {
-            return self.record_forward(coupled, pivots, &fewer, samples);
+        if form.remove_divisions(&merged, &new(ratios)) {
+            return self.record_forward(coupled, pivots, form, samples);
         }
         let systems = [new(masses), new(rights)].concat();
         let (graph, solutions) = extend_graph(merged, &systems, |systems| {
