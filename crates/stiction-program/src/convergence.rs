@@ -9,17 +9,14 @@
 //! functions of reactions. Close to jamming it is larger, by the factor by which the iteration then
 //! magnifies rounding errors.
 
+use crate::inverse::{ROUNDING, SETTLED};
+
 /// If the error after a chord step exceeds this fraction of the error before the step, a Newton
 /// step with a new matrix follows.
 const SLOW: f64 = 0.03;
 /// If a Newton step changes the normal loads by more than this fraction, another Newton step
 /// follows.
 const FAR: f64 = 0.05;
-/// If a Newton step changes the normal loads by at most this fraction, the remaining error is of
-/// the order of the square of this change, and counts as rounding.
-const SETTLED: f64 = 1e-8;
-/// Rounding error of the normal loads, relative to the largest normal load.
-const ROUNDING: f64 = 1e-15;
 /// If a step changes the normal loads by at most this fraction, further steps change them by
 /// rounding only.
 const STILL: f64 = 1e-14;
@@ -73,17 +70,17 @@ impl<const L: usize> Convergence<L> {
             let (before, now) = (self.changes[lane], change[lane] / largest[lane]);
             self.changes[lane] = now;
             let rate = now / before;
-            let is_still = if newton {
-                let left = now * now * (rate / before).max(now);
-                now <= SETTLED || again && now < 1e-3 && left <= ROUNDING
+            let has_converged = if newton {
+                let error = now * now * (rate / before).max(now);
+                now <= SETTLED || again && now < 1e-3 && error <= ROUNDING
             } else if again {
                 now <= STILL || rate < 0.5 && now * rate / (1.0 - rate) <= ROUNDING
             } else {
-                let left = CHORD_RATE * rate * now;
-                now <= STILL || left <= ROUNDING && before * now <= ROUNDING
+                let error = CHORD_RATE * rate * now;
+                now <= STILL || error <= ROUNDING && before * now <= ROUNDING
             };
-            self.is_slow |= !is_still && if newton { now > FAR } else { rate > SLOW };
-            is_still && determinant[lane] > 0.0
+            self.is_slow |= !has_converged && if newton { now > FAR } else { rate > SLOW };
+            has_converged && determinant[lane] > 0.0
         })
     }
 }

@@ -30,15 +30,65 @@ struct KernelResponses {
     loads: Vec<AppliedLoad<Recorded>>,
 }
 
+/// Results of an evaluation of the kernel.
+#[derive(Clone, Debug)]
+pub(crate) struct KernelResults<T> {
+    /// Matrix of efforts per unit acceleration.
+    pub(crate) masses: T,
+    /// Right-hand sides of the linear systems for all sets of accelerations.
+    pub(crate) rights: T,
+    /// Changes of efforts per unit normal load.
+    pub(crate) per_load: T,
+    /// Results without friction.
+    pub(crate) ideal: T,
+    /// Normal loads of the coupled interfaces without friction.
+    pub(crate) frictionless: T,
+    /// Normal loads under the friction that the frictionless normal loads cause.
+    pub(crate) begin: T,
+    /// Derivatives of the normal loads for the first set of estimates.
+    pub(crate) slopes: T,
+    /// Normal loads that result from both sets of estimates, then both sets of estimates.
+    pub(crate) found: T,
+    /// Results with friction.
+    pub(crate) rest: T,
+    /// Ratio and divisor of each replacement.
+    pub(crate) ratios: T,
+}
+
+impl<T> KernelResults<T> {
+    pub(crate) fn into_array(self) -> [T; 10] {
+        let Self {
+            masses,
+            rights,
+            per_load,
+            ideal,
+            frictionless,
+            begin,
+            slopes,
+            found,
+            rest,
+            ratios,
+        } = self;
+        [masses, rights, per_load, ideal, frictionless, begin, slopes, found, rest, ratios]
+    }
+
+    /// The inverse of [`Self::into_array`].
+    pub(crate) fn from_array(groups: [T; 10]) -> Self {
+        let [masses, rights, per_load, ideal, frictionless, begin, slopes, found, rest, ratios] =
+            groups;
+        Self { masses, rights, per_load, ideal, frictionless, begin, slopes, found, rest, ratios }
+    }
+}
+
 impl KernelResponses {
     /// Returns the data of the normal loads, with multiples of the equations of the efforts added
-    /// to the wrenches. `left` are the efforts that remain for accelerations and friction. Also
+    /// to the wrenches. `remaining` are the efforts for accelerations and friction. Also
     /// returns the ratio of each replacement, followed by its divisor.
     fn loads<'a>(
         &'a self,
         coupled: &'a [usize],
         form: &WrenchForm,
-        left: &[Recorded],
+        remaining: &[Recorded],
     ) -> (Loads<'a>, Vec<Recorded>) {
         let Self { parameters, base, units, responses, .. } = self;
         let (bodies, states) = (&base.kinematics.bodies, base.inverse.interfaces());
@@ -72,7 +122,7 @@ impl KernelResponses {
                 }
                 from_components(&numbers)
             };
-            let given: Vec<Recorded> = left.iter().map(|effort| -*effort).collect();
+            let given: Vec<Recorded> = remaining.iter().map(|effort| -*effort).collect();
             let ideal = rest(local(&frame, base.inverse.joint_wrenches()[joint]), &given);
             let pairs = of_frictions.iter().zip(responses);
             let by_friction: Vec<Wrench<Recorded>> =
@@ -140,20 +190,14 @@ impl RecordingSource<'_> {
         KernelResponses { parameters, base, units, responses, efforts, loads }
     }
 
-    /// Evaluates, with recorded scalars: the matrix of efforts per unit acceleration; the
-    /// right-hand sides of the linear systems for all sets of accelerations; the changes of efforts
-    /// per unit normal load; the results without friction; the normal loads of the coupled
-    /// interfaces without friction, and under the friction that these cause; the derivatives of
-    /// the normal loads for the first set of estimates; these normal loads, those for the second
-    /// set, and both sets of estimates; the results with friction; and the ratios of the
-    /// replacements.
+    /// Evaluates the kernel with recorded scalars.
     pub(crate) fn follow_forward(
         &self,
         counts: &Counts,
         coupled: &[usize],
         form: &WrenchForm,
         inputs: &[Recorded],
-    ) -> [Vec<Recorded>; 10] {
+    ) -> KernelResults<Vec<Recorded>> {
         let mut inputs = inputs.iter().copied();
         let kernel = self.kernel_responses(counts, &mut inputs);
         let mut take = |count: usize| -> Vec<Recorded> { inputs.by_ref().take(count).collect() };
@@ -166,12 +210,12 @@ impl RecordingSource<'_> {
         let states = base.inverse.interfaces();
 
         let masses = units.masses(counts.drives).concat();
-        let left: Vec<Recorded> =
+        let remaining: Vec<Recorded> =
             efforts.iter().zip(base.inverse.efforts()).map(|(effort, h)| *effort - *h).collect();
-        let (loads, ratios) = kernel.loads(coupled, form, &left);
+        let (loads, ratios) = kernel.loads(coupled, form, &remaining);
         // Efforts that remain without those parts of all friction forces that depend on normal
         // loads, and the changes of efforts per unit normal load.
-        let mut unloaded = left.clone();
+        let mut unloaded = remaining.clone();
         let mut per_load = Vec::new();
         for (drive, unloaded) in unloaded.iter_mut().enumerate() {
             for (state, response) in states.iter().zip(responses) {
@@ -207,25 +251,30 @@ impl RecordingSource<'_> {
             }
             right
         });
-        let rights =
-            [left.clone(), right(&start), right(&estimates), right(&estimates_later), right_last];
+        let rights = [
+            remaining.clone(),
+            right(&start),
+            right(&estimates),
+            right(&estimates_later),
+            right_last,
+        ];
         let ideal = self.finish(&kernel, &free, None);
         let mut rest = self.finish(&kernel, &with_friction, Some(&all_forces));
         rest.extend(&all_loads);
         rest.extend(states.iter().map(|state| state.velocity));
         rest.extend(&all_forces);
-        [
+        KernelResults {
             masses,
-            rights.concat(),
+            rights: rights.concat(),
             per_load,
             ideal,
-            loads.frictionless(&free_of_tree),
-            values(&loads.all_under(&start, &of_start)),
-            loads.slopes(&found).concat(),
-            [values(&found), values(&found_later), estimates, estimates_later].concat(),
+            frictionless: loads.frictionless(&free_of_tree),
+            begin: values(&loads.all_under(&start, &of_start)),
+            slopes: loads.slopes(&found).concat(),
+            found: [values(&found), values(&found_later), estimates, estimates_later].concat(),
             rest,
             ratios,
-        ]
+        }
     }
 
     /// Evaluates the accelerations of the prescribed coordinates and of the tree, and all

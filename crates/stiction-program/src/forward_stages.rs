@@ -15,7 +15,7 @@
 //!
 //! Equations (P4) to (P6) of the book's theory.
 
-use crate::forward_kernel::SOLUTIONS;
+use crate::forward_kernel::{KernelResults, SOLUTIONS};
 use crate::graph::{Graph, Node};
 use crate::locality::WrenchForm;
 use crate::recorded::{Recorded, extend_graph, record_groups};
@@ -68,7 +68,7 @@ impl RecordingSource<'_> {
         let given = counts.inputs() + counts.drives + 2 * count;
         let replaced = unknowns + count + (SOLUTIONS - 1) * unknowns;
         let (graph, groups) = record_groups(given + replaced, |inputs| {
-            self.follow_forward(&counts, coupled, form, inputs)
+            self.follow_forward(&counts, coupled, form, inputs).into_array()
         });
         // Efforts, normal loads and accelerations are independent inputs, so random values are
         // suitable.
@@ -86,8 +86,9 @@ impl RecordingSource<'_> {
             })
             .collect();
         let Merged { graph: mut merged, new_of, guards } = merge(&graph, &rows);
-        let all = groups.each_ref().map(Vec::as_slice);
-        let [masses, rights, efforts, ideal, start, begin, slopes, found, rest, ratios] = all;
+        let all = KernelResults::from_array(groups.each_ref().map(Vec::as_slice));
+        let KernelResults { masses, rights, ideal, begin, slopes, found, rest, ratios, .. } = all;
+        let (efforts, start) = (all.per_load, all.frictionless);
         let with_friction = [masses, rights, efforts, start, begin, slopes, found, rest].concat();
         let without = [masses, &rights[..unknowns], ideal].concat();
         let guards =

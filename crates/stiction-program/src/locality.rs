@@ -141,7 +141,7 @@ impl RecordingSource<'_> {
 impl Rows {
     /// Number of accelerations of the tree on which a component of a wrench depends after the
     /// replacement `to`.
-    fn accelerations_left(
+    fn remaining_accelerations(
         &self,
         interface: usize,
         component: usize,
@@ -201,7 +201,9 @@ impl WrenchForm {
         let Counts { interfaces, dofs, targets, .. } = self.counts;
         let of = |interface: usize, component: usize| {
             let to = self.replacements[interface][component];
-            self.rows.as_ref().map_or(0, |rows| rows.accelerations_left(interface, component, to))
+            self.rows
+                .as_ref()
+                .map_or(0, |rows| rows.remaining_accelerations(interface, component, to))
         };
         let entries: usize = (0..interfaces)
             .map(|interface| (0..6).map(|component| of(interface, component)).sum::<usize>())
