@@ -1,5 +1,7 @@
 //! Evaluation of the kernel of inverse dynamics from which forward dynamics is recorded, with
 //! recorded scalars.
+//!
+//! Equations (P4) and (P5) of the book's theory.
 
 use crate::loads::Loads;
 use crate::locality::{Replacement, WrenchForm, at_fixed_accelerations, frame};
@@ -82,8 +84,8 @@ impl<T> KernelResults<T> {
 
 impl KernelResponses {
     /// Returns the data of the normal loads, with multiples of the equations of the efforts added
-    /// to the wrenches. `remaining` are the efforts for accelerations and friction. Also
-    /// returns the ratio of each replacement, followed by its divisor.
+    /// to the wrenches. `remaining` are the efforts for accelerations and friction. Also returns the
+    /// ratio of each replacement, followed by its divisor.
     fn loads<'a>(
         &'a self,
         coupled: &'a [usize],
