@@ -19,8 +19,8 @@ const ROUNDING: f64 = 1e-11;
 
 impl RecordingSource<'_> {
     /// Compares the results of the program with those of the general kernel, at all samples at
-    /// which the program's assumptions hold. Returns `false` if any results differ, or if the
-    /// assumptions hold at no sample.
+    /// which the program's assumptions hold. Returns `false` if any results differ, or if at no
+    /// sample the assumptions hold and the normal loads converge, with friction or without.
     pub(crate) fn confirms(&self, program: &ForwardProgram, samples: &[Vec<f64>]) -> bool {
         let parameters = self.solver.parameters();
         let like = self.solver.state();
@@ -28,7 +28,7 @@ impl RecordingSource<'_> {
         let mut memory = program.memory(1);
         let mut holds = [false];
         let mut random = Random::new(4);
-        let mut confirmed = 0;
+        let mut confirmed = [0; 2];
         for sample in samples {
             let (state, targets, loads) = self.unpacked(sample);
             // Efforts close to those of inverse dynamics at this state, so that friction does not
@@ -104,9 +104,9 @@ impl RecordingSource<'_> {
                 if !kinds.iter().all(agree) {
                     return false;
                 }
-                confirmed += 1;
+                confirmed[usize::from(friction)] += 1;
             }
         }
-        confirmed > 0
+        !confirmed.contains(&0)
     }
 }

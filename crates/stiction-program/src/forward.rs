@@ -177,16 +177,16 @@ impl ForwardProgram {
         let samples: Vec<Vec<f64>> =
             samples(solver, signal, loads)?.iter().map(Sample::of_tree).collect();
         let pivots = source.mass_pivots(&samples).ok_or(RecordError::NoInertia)?;
-        let form = source.wrench_form(&samples);
+        let mut form = source.wrench_form(&samples);
         // A first recording with all interfaces determines the interfaces whose friction changes a
         // normal load.
         let all: Vec<usize> = (0..counts.interfaces).collect();
-        let first = source.record_forward(&all, &pivots, &form, &samples);
+        let first = source.record_forward(&all, &pivots, &mut form, &samples);
         let couples = |interface: &usize| first.couples[*interface];
         let coupled: Vec<usize> = all.into_iter().filter(couples).collect();
         let recorded = match coupled.len() == counts.interfaces {
             true => first,
-            false => source.record_forward(&coupled, &pivots, &form, &samples),
+            false => source.record_forward(&coupled, &pivots, &mut form, &samples),
         };
         let places = loads.iter().map(place_of).collect();
         let program = Self::compile(source.counts(coupled.len()), &recorded, places, machine)?;

@@ -1,5 +1,7 @@
 //! Evaluation of the kernel of inverse dynamics from which forward dynamics is recorded, with
 //! recorded scalars.
+//!
+//! Equations (P4) and (P5) of the book's theory.
 
 use crate::loads::Loads;
 use crate::locality::{Replacement, WrenchForm, at_fixed_accelerations, frame};
@@ -30,15 +32,65 @@ struct KernelResponses {
     loads: Vec<AppliedLoad<Recorded>>,
 }
 
+/// Results of an evaluation of the kernel.
+#[derive(Clone, Debug)]
+pub(crate) struct KernelResults<T> {
+    /// Matrix of efforts per unit acceleration.
+    pub(crate) masses: T,
+    /// Right-hand sides of the linear systems for all sets of accelerations.
+    pub(crate) rights: T,
+    /// Changes of efforts per unit normal load.
+    pub(crate) per_load: T,
+    /// Results without friction.
+    pub(crate) ideal: T,
+    /// Normal loads of the coupled interfaces without friction.
+    pub(crate) frictionless: T,
+    /// Normal loads under the friction that the frictionless normal loads cause.
+    pub(crate) begin: T,
+    /// Derivatives of the normal loads for the first set of estimates.
+    pub(crate) slopes: T,
+    /// Normal loads that result from both sets of estimates, then both sets of estimates.
+    pub(crate) found: T,
+    /// Results with friction.
+    pub(crate) rest: T,
+    /// Ratio and divisor of each replacement.
+    pub(crate) ratios: T,
+}
+
+impl<T> KernelResults<T> {
+    pub(crate) fn into_array(self) -> [T; 10] {
+        let Self {
+            masses,
+            rights,
+            per_load,
+            ideal,
+            frictionless,
+            begin,
+            slopes,
+            found,
+            rest,
+            ratios,
+        } = self;
+        [masses, rights, per_load, ideal, frictionless, begin, slopes, found, rest, ratios]
+    }
+
+    /// The inverse of [`Self::into_array`].
+    pub(crate) fn from_array(groups: [T; 10]) -> Self {
+        let [masses, rights, per_load, ideal, frictionless, begin, slopes, found, rest, ratios] =
+            groups;
+        Self { masses, rights, per_load, ideal, frictionless, begin, slopes, found, rest, ratios }
+    }
+}
+
 impl KernelResponses {
     /// Returns the data of the normal loads, with multiples of the equations of the efforts added
-    /// to the wrenches. `left` are the efforts that remain for accelerations and friction. Also
-    /// returns the ratio of each replacement, followed by its divisor.
+    /// to the wrenches. `remaining` are the efforts for accelerations and friction. Also returns the
+    /// ratio of each replacement, followed by its divisor.
     fn loads<'a>(
         &'a self,
         coupled: &'a [usize],
         form: &WrenchForm,
-        left: &[Recorded],
+        remaining: &[Recorded],
     ) -> (Loads<'a>, Vec<Recorded>) {
         let Self { parameters, base, units, responses, .. } = self;
         let (bodies, states) = (&base.kinematics.bodies, base.inverse.interfaces());
@@ -49,7 +101,7 @@ impl KernelResponses {
             states,
             coupled,
             units,
-            by_tree: form.by_tree,
+            by_tree: form.is_by_tree(),
             rows: Vec::new(),
         };
         let mut ratios = Vec::new();
@@ -72,11 +124,11 @@ impl KernelResponses {
                 }
                 from_components(&numbers)
             };
-            let given: Vec<Recorded> = left.iter().map(|effort| -*effort).collect();
+            let given: Vec<Recorded> = remaining.iter().map(|effort| -*effort).collect();
             let ideal = rest(local(&frame, base.inverse.joint_wrenches()[joint]), &given);
-            let of_friction =
-                |interface: &usize| rest(of_frictions[*interface], &responses[*interface].efforts);
-            let by_friction: Vec<Wrench<Recorded>> = coupled.iter().map(of_friction).collect();
+            let pairs = of_frictions.iter().zip(responses);
+            let by_friction: Vec<Wrench<Recorded>> =
+                pairs.map(|(wrench, response)| rest(*wrench, &response.efforts)).collect();
             let of_acceleration =
                 |unit: &Inertial<Recorded>| rest(local(&frame, unit.wrenches[joint]), &unit.drives);
             let of_tree: Vec<Wrench<Recorded>> = units.forces.iter().map(of_acceleration).collect();
@@ -140,20 +192,14 @@ impl RecordingSource<'_> {
         KernelResponses { parameters, base, units, responses, efforts, loads }
     }
 
-    /// Evaluates, with recorded scalars: the matrix of efforts per unit acceleration; the
-    /// right-hand sides of the linear systems for all sets of accelerations; the changes of efforts
-    /// per unit normal load; the results without friction; the normal loads of the coupled
-    /// interfaces without friction, and under the friction that these cause; the derivatives of
-    /// the normal loads for the first set of estimates; these normal loads, those for the second
-    /// set, and both sets of estimates; the results with friction; and the ratios of the
-    /// replacements.
+    /// Evaluates the kernel with recorded scalars.
     pub(crate) fn follow_forward(
         &self,
         counts: &Counts,
         coupled: &[usize],
         form: &WrenchForm,
         inputs: &[Recorded],
-    ) -> [Vec<Recorded>; 10] {
+    ) -> KernelResults<Vec<Recorded>> {
         let mut inputs = inputs.iter().copied();
         let kernel = self.kernel_responses(counts, &mut inputs);
         let mut take = |count: usize| -> Vec<Recorded> { inputs.by_ref().take(count).collect() };
@@ -166,20 +212,20 @@ impl RecordingSource<'_> {
         let states = base.inverse.interfaces();
 
         let masses = units.masses(counts.drives).concat();
-        let left: Vec<Recorded> =
+        let remaining: Vec<Recorded> =
             efforts.iter().zip(base.inverse.efforts()).map(|(effort, h)| *effort - *h).collect();
-        let (loads, ratios) = kernel.loads(coupled, form, &left);
-        // Efforts without the friction forces that depend on normal loads, and their changes per
-        // unit normal load.
-        let mut unloaded = left.clone();
+        let (loads, ratios) = kernel.loads(coupled, form, &remaining);
+        // Efforts that remain without those parts of all friction forces that depend on normal
+        // loads, and the changes of efforts per unit normal load.
+        let mut unloaded = remaining.clone();
         let mut per_load = Vec::new();
         for (drive, unloaded) in unloaded.iter_mut().enumerate() {
-            for interface in coupled {
-                let (coefficient, constant) = states[*interface].resistance();
-                let change = responses[*interface].efforts[drive];
-                *unloaded -= change * constant;
-                per_load.push(change * coefficient);
+            for (state, response) in states.iter().zip(responses) {
+                *unloaded -= response.efforts[drive] * state.resistance().1;
             }
+            per_load.extend(coupled.iter().map(|interface| {
+                responses[*interface].efforts[drive] * states[*interface].resistance().0
+            }));
         }
         let right = |loads: &[Recorded]| -> Vec<Recorded> {
             let rows = unloaded.iter().zip(per_load.chunks(coupled.len().max(1)));
@@ -199,33 +245,38 @@ impl RecordingSource<'_> {
         let found_later = loads.all_under(&estimates_later, &of_later);
         let all_loads = loads.of_all(&estimates_later, &of_later);
         let all_forces = loads.forces_of_all(&all_loads);
-        // Interfaces that are not coupled change accelerations, too.
+        // Normal loads of interfaces that are not coupled change accelerations, too.
         let others = (0..states.len()).filter(|interface| !coupled.contains(interface));
         let right_last = others.fold(right(&estimates_later), |mut right, interface| {
             for (right, change) in right.iter_mut().zip(&responses[interface].efforts) {
-                *right -= *change * all_forces[interface];
+                *right -= *change * (states[interface].resistance().0 * all_loads[interface]);
             }
             right
         });
-        let rights =
-            [left.clone(), right(&start), right(&estimates), right(&estimates_later), right_last];
+        let rights = [
+            remaining.clone(),
+            right(&start),
+            right(&estimates),
+            right(&estimates_later),
+            right_last,
+        ];
         let ideal = self.finish(&kernel, &free, None);
         let mut rest = self.finish(&kernel, &with_friction, Some(&all_forces));
         rest.extend(&all_loads);
         rest.extend(states.iter().map(|state| state.velocity));
         rest.extend(&all_forces);
-        [
+        KernelResults {
             masses,
-            rights.concat(),
+            rights: rights.concat(),
             per_load,
             ideal,
-            loads.frictionless(&free_of_tree),
-            values(&loads.all_under(&start, &of_start)),
-            loads.slopes(&found).concat(),
-            [values(&found), values(&found_later), estimates, estimates_later].concat(),
+            frictionless: loads.frictionless(&free_of_tree),
+            begin: values(&loads.all_under(&start, &of_start)),
+            slopes: loads.slopes(&found).concat(),
+            found: [values(&found), values(&found_later), estimates, estimates_later].concat(),
             rest,
             ratios,
-        ]
+        }
     }
 
     /// Evaluates the accelerations of the prescribed coordinates and of the tree, and all

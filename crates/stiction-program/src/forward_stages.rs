@@ -15,7 +15,7 @@
 //!
 //! Equations (P4) to (P6) of the book's theory.
 
-use crate::forward_kernel::SOLUTIONS;
+use crate::forward_kernel::{KernelResults, SOLUTIONS};
 use crate::graph::{Graph, Node};
 use crate::locality::WrenchForm;
 use crate::recorded::{Recorded, extend_graph, record_groups};
@@ -54,13 +54,13 @@ pub(crate) struct ForwardStages {
 
 impl RecordingSource<'_> {
     /// Records and merges all stages; `coupled` lists the interfaces whose friction changes a
-    /// normal load. Each sample contains [`Counts::inputs`](crate::recording::Counts::inputs)
-    /// values.
+    /// normal load. Replacements in `form` that need divisions are removed. Each sample contains
+    /// [`Counts::inputs`](crate::recording::Counts::inputs) values.
     pub(crate) fn record_forward(
         &self,
         coupled: &[usize],
         pivots: &[(usize, usize)],
-        form: &WrenchForm,
+        form: &mut WrenchForm,
         samples: &[Vec<f64>],
     ) -> ForwardStages {
         let counts = self.counts(coupled.len());
@@ -68,7 +68,7 @@ impl RecordingSource<'_> {
         let given = counts.inputs() + counts.drives + 2 * count;
         let replaced = unknowns + count + (SOLUTIONS - 1) * unknowns;
         let (graph, groups) = record_groups(given + replaced, |inputs| {
-            self.follow_forward(&counts, coupled, form, inputs)
+            self.follow_forward(&counts, coupled, form, inputs).into_array()
         });
         // Efforts, normal loads and accelerations are independent inputs, so random values are
         // suitable.
@@ -86,8 +86,9 @@ impl RecordingSource<'_> {
             })
             .collect();
         let Merged { graph: mut merged, new_of, guards } = merge(&graph, &rows);
-        let all = groups.each_ref().map(Vec::as_slice);
-        let [masses, rights, efforts, ideal, start, begin, slopes, found, rest, ratios] = all;
+        let all = KernelResults::from_array(groups.each_ref().map(Vec::as_slice));
+        let KernelResults { masses, rights, ideal, begin, slopes, found, rest, ratios, .. } = all;
+        let (efforts, start) = (all.per_load, all.frictionless);
         let with_friction = [masses, rights, efforts, start, begin, slopes, found, rest].concat();
         let without = [masses, &rights[..unknowns], ideal].concat();
         let guards =
@@ -95,15 +96,15 @@ impl RecordingSource<'_> {
         let new = |nodes: &[Node]| -> Vec<Node> {
             nodes.iter().map(|node| new_of[*node as usize]).collect()
         };
-        if let Some(fewer) = form.without_divisions(&merged, &new(ratios)) {
-            return self.record_forward(coupled, pivots, &fewer, samples);
+        if form.remove_divisions(&merged, &new(ratios)) {
+            return self.record_forward(coupled, pivots, form, samples);
         }
         let systems = [new(masses), new(rights)].concat();
         let (graph, solutions) = extend_graph(merged, &systems, |systems| {
             let (masses, rights) = systems.split_at(unknowns * unknowns);
             let masses = Factors::new(&square(masses, unknowns), pivots.to_vec());
             let solutions = rights.chunks(unknowns).flat_map(|right| masses.solve(right));
-            solutions.chain([masses.determinant]).collect()
+            solutions.chain(masses.reciprocal_pivots()).collect()
         });
         let (first, others) = solutions[..SOLUTIONS * unknowns].split_at(unknowns);
         let by = [first, &new(start), others].concat();
@@ -114,12 +115,14 @@ impl RecordingSource<'_> {
         };
         let [masses, efforts, slopes, found] = [masses, efforts, slopes, found].map(now);
         let couples = couples(&graph, &slopes, &efforts, count, unknowns);
-        let determinant = newer(solutions[SOLUTIONS * unknowns]);
-        let system = [&masses[..], &efforts, &slopes, &found, &[determinant]].concat();
+        let frictionless: Vec<Node> =
+            solutions[SOLUTIONS * unknowns..].iter().map(|node| newer(*node)).collect();
+        let system = [&masses[..], &efforts, &slopes, &found, &frictionless].concat();
         let (graph, mut newton) = extend_graph(graph, &system, |system| {
             let (masses, rest) = system.split_at(masses.len());
             let (efforts, rest) = rest.split_at(efforts.len());
-            let (slopes, found) = rest.split_at(slopes.len());
+            let (slopes, rest) = rest.split_at(slopes.len());
+            let (found, frictionless) = rest.split_at(found.len());
             let matrix = bordered(&square(masses, unknowns), efforts, slopes, count);
             let order = pivots.iter().map(|&(row, column)| (count + row, count + column));
             let factors = Factors::new(&matrix, diagonal(count).into_iter().chain(order).collect());
@@ -137,8 +140,7 @@ impl RecordingSource<'_> {
                 estimates.iter().zip(changes).map(|(estimate, change)| *estimate - change).collect()
             };
             let mut steps = step(of(0), of(2));
-            let frictionless = system[system.len() - 1];
-            steps.push(factors.determinant * frictionless.recip());
+            steps.push(factors.determinant_relative_to(frictionless));
             steps.extend(step(of(1), of(3)));
             steps
         });
@@ -182,9 +184,10 @@ fn bordered(
     (0..count).map(of_load).chain((0..masses.len()).map(of_effort)).collect()
 }
 
-/// Tells for each interface whether its friction changes a normal load, at fixed accelerations or
-/// through the accelerations. The normal loads have the derivatives `slopes`, and the efforts the
-/// derivatives `efforts`.
+/// Tells for each interface whether its normal load changes a normal load by friction, at fixed
+/// accelerations or through the accelerations. Friction that does not depend on normal loads is
+/// always part of the loads. The normal loads have the derivatives `slopes`, and the efforts the
+/// derivatives `efforts`, with respect to normal loads.
 fn couples(
     graph: &Graph,
     slopes: &[Node],

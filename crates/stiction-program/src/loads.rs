@@ -3,8 +3,10 @@
 //!
 //! Friction forces are affine in the normal loads, joint wrenches are affine in friction forces and
 //! in the accelerations of the prescribed coordinates, and normal loads are functions of joint
-//! wrenches. Friction changes the wrenches at fixed accelerations only near its own joint, so most
-//! of these changes are zero. All other changes are due to accelerations.
+//! wrenches. At fixed accelerations, friction in one leg changes wrenches in all legs, because the
+//! actuators compensate for it. In the form of the wrenches in which multiples of the equations of
+//! the efforts have been added (`locality`, equation (P5) of the book's theory), most of these
+//! changes are zero, and the influence on other legs is due to accelerations.
 
 use crate::motions::UnitAccelerations;
 use crate::recorded::Recorded;
@@ -36,8 +38,8 @@ pub(crate) struct Loads<'a> {
 pub(crate) struct Row {
     /// Wrench without friction and accelerations.
     ideal: Wrench<Recorded>,
-    /// The same wrench with those parts of the friction forces of coupled interfaces that do not
-    /// depend on the normal loads.
+    /// The same wrench with those parts of the friction forces of all interfaces that do not depend
+    /// on the normal loads.
     unloaded: Wrench<Recorded>,
     /// Change of the wrench per unit normal load of each coupled interface.
     by_load: Vec<Wrench<Recorded>>,
@@ -53,7 +55,7 @@ fn sum(start: Wrench<Recorded>, of: &[Wrench<Recorded>], amounts: &[Recorded]) -
 
 impl Loads<'_> {
     /// Adds the row of the next interface, with the changes of the wrench per newton of friction of
-    /// each coupled interface and per unit acceleration of each degree of freedom of the tree.
+    /// each interface and per unit acceleration of each degree of freedom of the tree.
     pub(crate) fn push(
         &mut self,
         ideal: Wrench<Recorded>,
@@ -66,10 +68,10 @@ impl Loads<'_> {
                 self.units.tree.iter().map(|unit| sum(Wrench::zero(), of_tree, unit)).collect()
             }
         };
-        let parts = self.coupled.iter().map(|interface| self.states[*interface].resistance());
+        let parts = self.states.iter().map(InterfaceState::resistance);
         let (coefficients, constants): (Vec<Recorded>, Vec<Recorded>) = parts.unzip();
-        let by_load = by_friction.iter().zip(coefficients).map(|(change, c)| *change * c);
-        let by_load = by_load.collect();
+        let per_load = |interface: &usize| by_friction[*interface] * coefficients[*interface];
+        let by_load = self.coupled.iter().map(per_load).collect();
         let unloaded = sum(ideal, by_friction, &constants);
         self.rows.push(Row { ideal, unloaded, by_load, by_acceleration });
     }

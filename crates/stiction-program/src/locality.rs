@@ -17,7 +17,7 @@
 
 use crate::graph::{Graph, Node, Op};
 use crate::motions::{UnitAccelerations, run};
-use crate::recording::RecordingSource;
+use crate::recording::{Counts, RecordingSource};
 use crate::wrench::{components, local};
 use stiction_core::dynamics::{Response, Sharing};
 use stiction_core::friction::InterfaceShape;
@@ -44,9 +44,9 @@ pub(crate) struct Replacement {
 pub(crate) struct WrenchForm {
     /// For each interface, the replacements in the six components of its joint's wrench.
     pub(crate) replacements: Vec<[Option<Replacement>; 6]>,
-    /// `true` if wrenches depend on few accelerations of the tree, and therefore are functions of
-    /// these; `false` if they are functions of the accelerations of the prescribed coordinates.
-    pub(crate) by_tree: bool,
+    /// Rows of one sample.
+    rows: Option<Rows>,
+    counts: Counts,
 }
 
 /// Frame in which the wrench of an interface's joint is expressed.
@@ -75,6 +75,7 @@ pub(crate) fn at_fixed_accelerations<T: Scalar>(
 }
 
 /// Rows of one sample.
+#[derive(Clone, Debug)]
 struct Rows {
     /// For each interface and component of its wrench, the changes per newton of friction of each
     /// interface; for each actuator, those of its effort.
@@ -93,22 +94,12 @@ impl RecordingSource<'_> {
         let counts = self.counts(0);
         let of = |interface: usize, component: usize| {
             let rows = rows.iter().map(|r| (&*r.wrenches[interface][component], &r.efforts));
-            best(&rows.collect::<Vec<_>>())
+            sparsest_replacement(&rows.collect::<Vec<_>>())
         };
         let replacements: Vec<[Option<Replacement>; 6]> = (0..counts.interfaces)
             .map(|interface| core::array::from_fn(|component| of(interface, component)))
             .collect();
-        let left = |interface: usize, component: usize| {
-            let to = replacements[interface][component];
-            rows.first().map_or(0, |rows| rows.accelerations_left(interface, component, to))
-        };
-        let entries: usize = (0..counts.interfaces)
-            .map(|interface| (0..6).map(|component| left(interface, component)).sum::<usize>())
-            .sum();
-        // The accelerations of the tree must be computed, too.
-        let by_tree =
-            entries + counts.dofs * counts.targets < 6 * counts.interfaces * counts.targets;
-        WrenchForm { replacements, by_tree }
+        WrenchForm { replacements, rows: rows.into_iter().next(), counts }
     }
 
     fn friction_rows(&self, sample: &[f64]) -> Rows {
@@ -150,14 +141,14 @@ impl RecordingSource<'_> {
 impl Rows {
     /// Number of accelerations of the tree on which a component of a wrench depends after the
     /// replacement `to`.
-    fn accelerations_left(
+    fn remaining_accelerations(
         &self,
         interface: usize,
         component: usize,
         to: Option<Replacement>,
     ) -> usize {
         let row = &self.accelerated[interface][component];
-        let left: Vec<f64> = match to {
+        let rest: Vec<f64> = match to {
             None => row.clone(),
             Some(to) => {
                 let wrenches = &self.wrenches[interface][component];
@@ -167,13 +158,14 @@ impl Rows {
             }
         };
         let largest = row.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
-        left.iter().filter(|x| x.abs() > ZERO * largest).count()
+        rest.iter().filter(|x| x.abs() > ZERO * largest).count()
     }
 }
 
 /// Replacement that makes most entries of a row vanish, in all samples of the row and of the rows
-/// of the efforts. `None` if most entries remain.
-fn best(samples: &[(&[f64], &Vec<Vec<f64>>)]) -> Option<Replacement> {
+/// of the efforts. `None` if most entries remain, or if only one would vanish, because the
+/// replacement adds entries for accelerations.
+fn sparsest_replacement(samples: &[(&[f64], &Vec<Vec<f64>>)]) -> Option<Replacement> {
     let (row, efforts) = samples.first()?;
     let bounds: Vec<f64> = samples
         .iter()
@@ -183,29 +175,47 @@ fn best(samples: &[(&[f64], &Vec<Vec<f64>>)]) -> Option<Replacement> {
         samples.iter().zip(&bounds).any(|((row, _), bound)| row[column].abs() > *bound)
     };
     let entries: Vec<usize> = (0..row.len()).filter(|column| is_entry(*column)).collect();
-    let left = |to: &Replacement| {
+    let remaining = |to: &Replacement| {
         let stays = |column: &usize| {
             samples.iter().zip(&bounds).any(|((row, efforts), bound)| {
                 let effort = &efforts[to.drive];
                 let ratio = row[to.interface] / effort[to.interface];
-                let left = row[*column] - ratio * effort[*column];
-                // A ratio that is not finite leaves NaN.
-                left.is_nan() || left.abs() > *bound
+                let rest = row[*column] - ratio * effort[*column];
+                // A ratio that is not finite leads to NaN.
+                rest.is_nan() || rest.abs() > *bound
             })
         };
         (0..row.len()).filter(stays).count()
     };
     let all = (0..efforts.len())
         .flat_map(|drive| entries.iter().map(move |&interface| Replacement { drive, interface }));
-    let best = all.map(|to| (left(&to), to)).min_by_key(|(left, _)| *left)?;
-    (2 * best.0 < entries.len()).then_some(best.1)
+    let (count, to) = all.map(|to| (remaining(&to), to)).min_by_key(|(count, _)| *count)?;
+    (2 * count < entries.len() && count + 2 <= entries.len()).then_some(to)
 }
 
 impl WrenchForm {
+    /// Returns `true` if wrenches depend on few accelerations of the tree, and therefore are
+    /// functions of these; `false` if they are functions of the accelerations of the prescribed
+    /// coordinates.
+    pub(crate) fn is_by_tree(&self) -> bool {
+        let Counts { interfaces, dofs, targets, .. } = self.counts;
+        let of = |interface: usize, component: usize| {
+            let to = self.replacements[interface][component];
+            self.rows
+                .as_ref()
+                .map_or(0, |rows| rows.remaining_accelerations(interface, component, to))
+        };
+        let entries: usize = (0..interfaces)
+            .map(|interface| (0..6).map(|component| of(interface, component)).sum::<usize>())
+            .sum();
+        // The accelerations of the tree must be computed, too.
+        entries + dofs * targets < 6 * interfaces * targets
+    }
+
     /// Removes those replacements whose ratio is not a value that occurs elsewhere in the merged
     /// graph, but a division by an effort, which may vanish. `ratios` lists the ratio and the
-    /// divisor of each replacement. Returns `None` if no replacement is removed.
-    pub(crate) fn without_divisions(&self, merged: &Graph, ratios: &[Node]) -> Option<Self> {
+    /// divisor of each replacement. Returns `false` if no replacement is removed.
+    pub(crate) fn remove_divisions(&mut self, merged: &Graph, ratios: &[Node]) -> bool {
         let unsigned = |node: Node| match merged.ops()[node as usize] {
             Op::Neg(node) => node,
             _ => node,
@@ -214,19 +224,18 @@ impl WrenchForm {
             let op = merged.ops()[node as usize];
             matches!(op, Op::Div(_, by) if unsigned(by) == unsigned(divisor))
         };
-        let mut ratios = ratios.chunks(2);
         let mut is_removed = false;
-        let mut left = self.clone();
-        for replacement in left.replacements.iter_mut().flatten().filter(|to| to.is_some()) {
-            let Some([ratio, divisor]) = ratios.next() else { break };
-            let ratio = unsigned(*ratio);
+        let all = self.replacements.iter_mut().flatten().filter(|to| to.is_some());
+        for (replacement, pair) in all.zip(ratios.chunks(2)) {
+            let &[ratio, divisor] = pair else { break };
+            let ratio = unsigned(ratio);
             let mut operands = merged.ops()[ratio as usize].operands();
-            if divides(ratio, *divisor) || operands.any(|node| divides(node, *divisor)) {
+            if divides(ratio, divisor) || operands.any(|node| divides(node, divisor)) {
                 *replacement = None;
                 is_removed = true;
             }
         }
-        is_removed.then_some(left)
+        is_removed
     }
 }
 
@@ -253,15 +262,17 @@ mod tests {
         let samples: Vec<_> = [0.4, 1.7, -0.8].map(sample).to_vec();
         let rows: Vec<(&[f64], &Vec<Vec<f64>>)> =
             samples.iter().map(|(row, efforts)| (&**row, efforts)).collect();
-        assert_eq!(best(&rows), Some(Replacement { drive: 1, interface: 2 }));
+        assert_eq!(sparsest_replacement(&rows), Some(Replacement { drive: 1, interface: 2 }));
     }
 
     #[test]
     fn rows_without_a_common_ratio_are_left_alone() {
         let row = [1.0, 2.0, -1.0, 0.5, 3.0];
         let efforts = vec![vec![1.0, -1.0, 0.3, 0.8, 0.9], vec![0.0; 5]];
-        assert_eq!(best(&[(&row, &efforts)]), None);
-        assert_eq!(best(&[(&[0.0; 5], &efforts)]), None);
-        assert_eq!(best(&[]), None);
+        assert_eq!(sparsest_replacement(&[(&row, &efforts)]), None);
+        assert_eq!(sparsest_replacement(&[(&[0.0; 5], &efforts)]), None);
+        assert_eq!(sparsest_replacement(&[]), None);
+        // A replacement would remove the only entry, but add some for accelerations.
+        assert_eq!(sparsest_replacement(&[(&[0.0, 0.0, 3.0, 0.0, 0.0], &efforts)]), None);
     }
 }

@@ -11,8 +11,8 @@ pub(crate) struct Factors<T> {
     /// Entries in the order of the pivots: multipliers below the diagonal, reciprocal pivots on it,
     /// and the upper factor above it.
     matrix: Vec<Vec<T>>,
-    /// Product of the pivots.
-    pub(crate) determinant: T,
+    /// Pivots in their order.
+    pivots: Vec<T>,
 }
 
 /// Returns the order of pivots along the diagonal.
@@ -65,9 +65,9 @@ impl<T: Scalar> Factors<T> {
             order.iter().map(|&(_, column)| matrix[row][column]).collect()
         };
         let mut matrix: Vec<Vec<T>> = order.iter().map(row).collect();
-        let mut determinant = T::one();
+        let mut pivots = Vec::with_capacity(order.len());
         for pivot in 0..order.len() {
-            determinant *= matrix[pivot][pivot];
+            pivots.push(matrix[pivot][pivot]);
             let over = matrix[pivot][pivot].recip();
             matrix[pivot][pivot] = over;
             let (above, below) = matrix.split_at_mut(pivot + 1);
@@ -79,7 +79,22 @@ impl<T: Scalar> Factors<T> {
                 }
             }
         }
-        Self { order, matrix, determinant }
+        Self { order, matrix, pivots }
+    }
+
+    /// Reciprocal pivots in their order.
+    pub(crate) fn reciprocal_pivots(&self) -> impl Iterator<Item = T> {
+        self.matrix.iter().enumerate().map(|(pivot, row)| row[pivot])
+    }
+
+    /// Determinant relative to that of another matrix, of which `reciprocals` are the reciprocal
+    /// pivots. It has the same units as this matrix has in its last rows. Products of all pivots
+    /// may leave the range of numbers, so each pivot is divided by that of the other matrix.
+    pub(crate) fn determinant_relative_to(&self, reciprocals: &[T]) -> T {
+        let (first, last) = self.pivots.split_at(self.pivots.len() - reciprocals.len());
+        let ratios = last.iter().zip(reciprocals).map(|(pivot, over)| *pivot * *over);
+        let all = first.iter().copied().chain(ratios);
+        all.reduce(|product, pivot| product * pivot).unwrap_or_else(T::one)
     }
 
     /// Solves the linear system for one right-hand side.
@@ -133,5 +148,21 @@ mod tests {
             }
         }
         assert_eq!(largest_pivots(vec![vec![1.0, 2.0], vec![2.0, 4.0]]), None);
+    }
+
+    #[test]
+    fn determinants_of_small_numbers_have_a_ratio() {
+        let tiny = |scale: f64, size: usize| -> Vec<Vec<f64>> {
+            (0..size)
+                .map(|r| (0..size).map(|c| if r == c { scale } else { 0.0 }).collect())
+                .collect()
+        };
+        let small = Factors::new(&tiny(1e-30, 20), diagonal(20));
+        let reciprocals: Vec<f64> = small.reciprocal_pivots().collect();
+        let mut bordered = tiny(2e-30, 21);
+        bordered[0][0] = -3.0;
+        let ratio = Factors::new(&bordered, diagonal(21)).determinant_relative_to(&reciprocals);
+        let wanted = -3.0 * 2.0_f64.powi(20);
+        assert!((ratio / wanted - 1.0).abs() < 1e-13, "{ratio}");
     }
 }

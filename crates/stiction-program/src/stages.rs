@@ -79,7 +79,10 @@ pub(crate) fn holds(of: &Graph, stage: &[Node], guards: &[Guard], merged: &mut G
 }
 
 /// Replaces the inputs with index `first` and higher by the nodes `by`. These nodes may depend on
-/// replaced inputs with a lower index. Returns the new graph, and the new node of each old node.
+/// replaced inputs, but not on themselves. Returns the new graph, and the new node of each old node.
+///
+/// # Panics
+/// If one of the nodes `by` depends on the input that it replaces.
 pub(crate) fn with_inputs_replaced(graph: &Graph, first: usize, by: &[Node]) -> (Graph, Vec<Node>) {
     let ops = graph.ops();
     let replaced = |op: &Op| match op {
@@ -104,15 +107,26 @@ pub(crate) fn with_inputs_replaced(graph: &Graph, first: usize, by: &[Node]) -> 
             let before = replaced(&op).into_iter().chain(op.operands());
             let missing = before.filter(|other| new_of[*other as usize].is_none());
             let count = open.len();
+            // Each node on the path adds at most its operands.
+            assert!(count <= 4 * ops.len() + 1, "inputs are replaced by nodes that depend on them");
             open.extend(missing.map(|other| other as usize));
             if open.len() > count {
                 continue;
             }
             open.pop();
-            let of = |other: Node| new_of[other as usize].unwrap_or_default();
+            let of = |other: Node| made_before(new_of[other as usize]);
             let made = replaced(&op).map_or_else(|| new.add(op.map(of)), of);
             new_of[node] = Some(made);
         }
     }
-    (new, new_of.into_iter().map(Option::unwrap_or_default).collect())
+    (new, new_of.into_iter().map(made_before).collect())
+}
+
+/// The new node of an old node.
+///
+/// # Panics
+/// If it has not been made, which would lead to another program.
+fn made_before(node: Option<Node>) -> Node {
+    assert!(node.is_some(), "a node precedes those on which it depends");
+    node.unwrap_or_default()
 }

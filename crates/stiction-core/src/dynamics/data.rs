@@ -98,7 +98,11 @@ impl Model {
     /// Computes efforts and reactions for the given accelerations of the spanning tree, with the
     /// configuration and rates of the last [`Self::differentiate`] or [`Self::evaluate`]. The
     /// accelerations need not be possible with closed loops: forces depend on them in an affine
-    /// way, so that those of possible accelerations are sums of those of single accelerations.
+    /// way, so that those of possible accelerations are sums of those of single accelerations. The
+    /// state in `data` receives the accelerations, one for each degree of freedom of the tree.
+    ///
+    /// # Panics
+    /// If the number of accelerations differs from that of the tree's degrees of freedom.
     pub fn forces<T: Scalar>(
         &self,
         parameters: &Parameters<T>,
@@ -106,7 +110,8 @@ impl Model {
         accelerations: &[T],
         loads: &[AppliedLoad<T>],
     ) {
-        let Data { kinematics, inverse, settings, .. } = data;
+        let Data { state, kinematics, inverse, settings, .. } = data;
+        state.accelerations.copy_from_slice(accelerations);
         kinematics.bodies.accelerate(self.topology(), accelerations);
         inverse.solve(self, parameters, kinematics, loads, settings);
     }

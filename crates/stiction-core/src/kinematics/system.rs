@@ -340,7 +340,7 @@ impl<T: Scalar> Kinematics<T> {
     }
 
     /// Solves the system for the right-hand side set before. For scalar types with derivatives, the
-    /// derivatives follow from the residual with the solution held constant (equation P7 of the
+    /// derivatives follow from the residual with the solution held constant (equation (P8) of the
     /// book's theory).
     fn solve(
         &mut self,

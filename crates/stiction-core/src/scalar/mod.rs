@@ -67,7 +67,7 @@ pub trait Scalar:
     ///
     /// Kernels use constants for quantities that affect a solution at second order only. For
     /// example, a Newton step from a solution does not need the derivative of the matrix, because
-    /// the residual carries all derivatives (equation P7 of the book's theory).
+    /// the residual carries all derivatives (equation (P8) of the book's theory).
     #[inline(always)]
     fn held(self) -> Self {
         self

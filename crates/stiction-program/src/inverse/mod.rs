@@ -21,13 +21,13 @@ use stiction_core::mechanism::BodyId;
 
 /// Maximum number of Newton steps.
 pub(crate) const STEPS: usize = 12;
-/// If a Newton step changes the reactions by at most this fraction, the remaining error is of the
-/// order of the square of this change, and counts as rounding.
+/// If a Newton step changes the reactions or normal loads by at most this fraction, the remaining
+/// error is of the order of the square of this change, and counts as rounding.
 pub(crate) const SETTLED: f64 = 1e-8;
 /// Quadratic convergence is assumed only if the relative change of the reactions is below this
 /// value.
 pub(crate) const COARSE: f64 = 1e-3;
-/// Rounding error of the reactions, relative to the largest reaction.
+/// Rounding error of the reactions or normal loads, relative to the largest one.
 pub(crate) const ROUNDING: f64 = 1e-15;
 
 /// Compiled program of inverse dynamics for one mechanism.

@@ -1,6 +1,6 @@
 //! Programs of forward dynamics compared with the general solvers of inverse and forward dynamics.
 
-use crate::common::Robot;
+use crate::common::{Robot, model};
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, Settings};
 use stiction_core::forward::{
     Event, EventKind, Forward, Inputs, Settings as ForwardSettings, View,
@@ -9,6 +9,7 @@ use stiction_core::kinematics::{Coordinate, Target};
 use stiction_core::mechanism::{BodyId, JointId};
 use stiction_core::random::Random;
 use stiction_core::spatial::{Pose, Vec3};
+use stiction_format::gallery;
 use stiction_program::{ForwardProgram, Memory, RecordError};
 
 /// The same robot with its actuators prescribed along the same motion.
@@ -221,76 +222,118 @@ impl Inputs for Given {
 #[test]
 fn programs_agree_with_forward_dynamics() {
     for (name, load) in ROBOTS {
-        let mut robot = Robot::new(name, load);
-        let length = robot.solver.mechanism().characteristic_length();
-        let model = Forward::new(robot.solver.mechanism().clone(), &[]);
-        let mut random = Random::new(6);
-        let program = record(&robot, true);
-        let lanes = program.lanes();
-        let (mut memory, mut many) = (program.memory(1), program.memory(lanes));
-        let mut settled = vec![false; lanes];
-        let (mut compared, mut singles) = (0, Vec::new());
-        for k in 0..(2 * lanes).max(16) {
-            let signal = &robot.signal[k % robot.signal.len()];
-            let mut targets = random_rates(signal, &mut random, length);
-            if k == 1 {
-                // A state at rest among moving neighbours must be left to the general solver.
-                targets.iter_mut().for_each(|target| target.rate = 0.0);
-            }
-            robot.solver.move_to(&targets).unwrap();
-            robot.solver.settings_mut().friction = FrictionMode::Off;
-            let mut efforts = robot.solver.solve(&robot.loads).unwrap().efforts.clone();
-            let scale = efforts.iter().fold(1e-9_f64, |max, x| max.max(x.abs()));
-            efforts.iter_mut().for_each(|effort| *effort += 0.2 * scale * random.number());
-            let state = robot.solver.state().clone();
-            program.set(&mut memory, 0, &state, &targets, &robot.loads, &efforts);
-            let mut alone = [false];
-            program.run(&mut memory, &mut alone);
-            program.set(&mut many, k % lanes, &state, &targets, &robot.loads, &efforts);
-            singles.push((alone[0], found(&program, &memory, 0, true)));
-            if (k + 1) % lanes == 0 {
-                program.run(&mut many, &mut settled);
-                for (lane, (alone, single)) in singles.drain(..).enumerate() {
-                    assert_eq!(settled[lane], alone, "{name}");
-                    let wide = found(&program, &many, lane, true);
-                    if alone {
-                        // The number of steps may be larger if neighbouring lanes need more steps.
-                        assert!(apart(&wide.tree, &single.tree) < 1e-12, "{name}");
-                        assert!(apart(&wide.reactions[0], &single.reactions[0]) < 1e-12, "{name}");
-                        assert!(apart(&wide.reactions[1], &single.reactions[1]) < 1e-12, "{name}");
-                    }
+        agrees_with_forward_dynamics(name, Robot::new(name, load));
+    }
+}
+
+/// The same with friction that does not depend on normal loads, in some joints or in all, with
+/// preloads, and with lead screws.
+#[test]
+fn programs_agree_for_all_kinds_of_friction() {
+    let universal = "friction = { mu = 0.05, radius = \"12 mm\" }";
+    let guide = "friction = { mu = 0.08, viscous = \"60 N s/m\", bending_span = \"250 mm\" }";
+    let ball = "friction = { mu = 0.1, radius = \"15 mm\" }";
+    let viscous_guide = "friction = { mu = 0, viscous = \"600 N s/m\" }";
+    let viscous = "friction = { mu = 0, viscous = \"2000 N s/m\", radius = \"15 mm\" }";
+    let preloaded = "friction = { mu = 0.08, viscous = \"60 N s/m\", bending_span = \"250 mm\", preload = \"200 N\" }";
+    let gough = gallery::get("gough").unwrap();
+    for (name, changes) in [
+        ("viscous guides", &[(guide, viscous_guide)][..]),
+        ("viscous balls", &[(ball, viscous)]),
+        ("viscous", &[(guide, viscous_guide), (ball, viscous), (universal, viscous)]),
+        ("preloaded", &[(guide, preloaded)]),
+        (
+            "screws",
+            &[
+                (
+                    "[legs.joints.P]\naxis = \"z\"\nstart = \"1 m\"",
+                    "[legs.joints.H]\naxis = \"z\"\npitch = \"100 mm/rev\"\nstart = \"10 rev\"",
+                ),
+                ("U tube P* screw S", "U tube H* screw S"),
+                (
+                    guide,
+                    "friction = { mu = 0.1, viscous = \"6 N s/m\", radius = \"16 mm\", flank_angle = \"15 deg\" }",
+                ),
+            ],
+        ),
+    ] {
+        let text = changes.iter().fold(gough.to_owned(), |text, (from, to)| {
+            assert!(text.contains(from), "{from}");
+            text.replace(from, to)
+        });
+        agrees_with_forward_dynamics(name, Robot::of(&model(name, &text), None));
+    }
+}
+
+fn agrees_with_forward_dynamics(name: &str, mut robot: Robot) {
+    let length = robot.solver.mechanism().characteristic_length();
+    let general = Forward::new(robot.solver.mechanism().clone(), &[]);
+    let mut random = Random::new(6);
+    let program = record(&robot, true);
+    let lanes = program.lanes();
+    let (mut memory, mut many) = (program.memory(1), program.memory(lanes));
+    let mut settled = vec![false; lanes];
+    let (mut compared, mut singles) = (0, Vec::new());
+    for k in 0..(2 * lanes).max(16) {
+        let signal = &robot.signal[k % robot.signal.len()];
+        let mut targets = random_rates(signal, &mut random, length);
+        if k == 1 {
+            // A state at rest among moving neighbours must be left to the general solver.
+            targets.iter_mut().for_each(|target| target.rate = 0.0);
+        }
+        robot.solver.move_to(&targets).unwrap();
+        robot.solver.settings_mut().friction = FrictionMode::Off;
+        let mut efforts = robot.solver.solve(&robot.loads).unwrap().efforts.clone();
+        let scale = efforts.iter().fold(1e-9_f64, |max, x| max.max(x.abs()));
+        efforts.iter_mut().for_each(|effort| *effort += 0.2 * scale * random.number());
+        let state = robot.solver.state().clone();
+        program.set(&mut memory, 0, &state, &targets, &robot.loads, &efforts);
+        let mut alone = [false];
+        program.run(&mut memory, &mut alone);
+        program.set(&mut many, k % lanes, &state, &targets, &robot.loads, &efforts);
+        singles.push((alone[0], found(&program, &memory, 0, true)));
+        if (k + 1) % lanes == 0 {
+            program.run(&mut many, &mut settled);
+            for (lane, (alone, single)) in singles.drain(..).enumerate() {
+                assert_eq!(settled[lane], alone, "{name}");
+                let wide = found(&program, &many, lane, true);
+                if alone {
+                    // The number of steps may be larger if neighbouring lanes need more steps.
+                    assert!(apart(&wide.tree, &single.tree) < 1e-12, "{name}");
+                    assert!(apart(&wide.reactions[0], &single.reactions[0]) < 1e-12, "{name}");
+                    assert!(apart(&wide.reactions[1], &single.reactions[1]) < 1e-12, "{name}");
                 }
             }
-            if !alone[0] {
-                let has_friction = program.sizes()[3] > 0;
-                assert!(k == 1 && has_friction, "{name} {k}");
-                continue;
-            }
-            let mut given = Given { efforts, loads: robot.loads.clone() };
-            let settings = ForwardSettings::default();
-            let simulation = model.start(0.0, state, settings, &mut given).unwrap();
-            let now = simulation.instant();
-            let is_other = |event: &Event| matches!(event.kind, EventKind::NotUnique { .. });
-            if simulation.events().iter().any(is_other) {
-                continue;
-            }
-            compared += 1;
-            let single = found(&program, &memory, 0, true);
-            let reactions = wrenches(&now.reactions());
-            let loads: Vec<f64> = now.interfaces.iter().map(|c| c.load).collect();
-            let found_loads: Vec<f64> = single.interfaces.iter().map(|c| c[0]).collect();
-            for difference in [
-                apart(&single.tree, &now.state.accelerations),
-                apart(&single.reactions[0], &reactions[0]),
-                apart(&single.reactions[1], &reactions[1]),
-                apart(&found_loads, &loads),
-            ] {
-                // Rounding of two programs, magnified by condition numbers of some hundred.
-                assert!(difference < 1e-12, "{name}: {difference:e}");
-            }
         }
-        assert!(compared >= 5, "{name}: {compared}");
+        if !alone[0] {
+            let has_friction = program.sizes()[3] > 0;
+            assert!(k == 1 && has_friction, "{name} {k}");
+            continue;
+        }
+        let mut given = Given { efforts, loads: robot.loads.clone() };
+        let settings = ForwardSettings::default();
+        let simulation = general.start(0.0, state, settings, &mut given).unwrap();
+        let now = simulation.instant();
+        let is_other = |event: &Event| matches!(event.kind, EventKind::NotUnique { .. });
+        if simulation.events().iter().any(is_other) {
+            continue;
+        }
+        compared += 1;
+        let single = found(&program, &memory, 0, true);
+        let reactions = wrenches(&now.reactions());
+        let loads: Vec<f64> = now.interfaces.iter().map(|c| c.load).collect();
+        let found_loads: Vec<f64> = single.interfaces.iter().map(|c| c[0]).collect();
+        for difference in [
+            apart(&single.tree, &now.state.accelerations),
+            apart(&single.reactions[0], &reactions[0]),
+            apart(&single.reactions[1], &reactions[1]),
+            apart(&found_loads, &loads),
+        ] {
+            // Rounding of two programs, magnified by condition numbers of some hundred.
+            assert!(difference < 1e-12, "{name}: {difference:e}");
+        }
     }
+    assert!(compared >= 5, "{name}: {compared}");
 }
 
 /// Mechanisms without unique accelerations, or with more actuators than coordinates, are refused.
