@@ -19,7 +19,7 @@ use crate::loaded::{LoadPlace, check_loads, place_of};
 use crate::machine::fuses;
 use crate::memory::Memory;
 use crate::recording::{Counts, RecordingSource};
-use crate::run::{MOST_LANES, Runner};
+use crate::run::{Runner, by_lanes};
 use crate::samples::{Sample, samples, seeded_samples};
 use crate::stages::early;
 use stiction_core::dynamics::{AppliedLoad, InverseDynamics, Weighting};
@@ -352,12 +352,7 @@ impl ForwardProgram {
     pub fn run(&self, memory: &mut Memory, settled: &mut [bool]) {
         memory.check_flags(settled);
         let runners = self.code.runners(memory.lanes);
-        match memory.lanes {
-            1 => self.run_lanes::<1>(runners, memory, settled),
-            2 => self.run_lanes::<2>(runners, memory, settled),
-            4 => self.run_lanes::<4>(runners, memory, settled),
-            _ => self.run_lanes::<MOST_LANES>(runners, memory, settled),
-        }
+        by_lanes!(memory.lanes, L => self.run_lanes::<L>(runners, memory, settled));
     }
 
     fn run_lanes<const L: usize>(

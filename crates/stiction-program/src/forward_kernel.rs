@@ -15,7 +15,7 @@ use stiction_core::friction::Load;
 use stiction_core::kinematics::Target;
 use stiction_core::parameters::Parameters;
 use stiction_core::scalar::Scalar;
-use stiction_core::spatial::{Vec3, Wrench};
+use stiction_core::spatial::Wrench;
 
 /// Number of sets of accelerations that are solutions of linear systems: without friction, for the
 /// initial guess, for both sets of estimated normal loads, and with the friction of all interfaces.
@@ -177,12 +177,7 @@ impl RecordingSource<'_> {
                 Target { value, rate, acceleration: Recorded::zero() }
             })
             .collect();
-        let mut vector = || Vec3::new(next(), next(), next());
-        let loads: Vec<AppliedLoad<Recorded>> = self
-            .loads
-            .iter()
-            .map(|load| AppliedLoad { force: vector(), moment: vector(), ..load.lift() })
-            .collect();
+        let loads = self.read_loads(&mut next);
         let efforts = (0..counts.drives).map(|_| next()).collect();
         let base = run(self.model, &parameters, like, &coordinates, (&targets, &loads), 0);
         let model = self.model;

@@ -19,7 +19,7 @@ use crate::stages::holds;
 use crate::value_numbering::{Merged, merge};
 use crate::wrench::{components, reaction};
 use core::ops::Range;
-use stiction_core::dynamics::{AppliedLoad, FrictionMode, Settings};
+use stiction_core::dynamics::{FrictionMode, Settings};
 use stiction_core::kinematics::Target;
 use stiction_core::parameters::{InterfaceParameters, Parameters};
 use stiction_core::random::Random;
@@ -201,12 +201,7 @@ impl RecordingSource<'_> {
         layout.read(mechanism, &mut data.state, &mut next);
         layout.tune(&mut parameters, &mut next);
         let coordinates = data.state.coordinates.clone();
-        let mut vector = || Vec3::new(next(), next(), next());
-        let loads: Vec<AppliedLoad<Recorded>> = self
-            .loads
-            .iter()
-            .map(|load| AppliedLoad { force: vector(), moment: vector(), ..load.lift() })
-            .collect();
+        let loads = self.read_loads(&mut next);
         let count = self.solver.constraints().coordinates().len();
         let targets: Vec<Target<Recorded>> = (0..count)
             .map(|_| Target { value: next(), rate: next(), acceleration: next() })

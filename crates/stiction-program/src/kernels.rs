@@ -23,7 +23,6 @@ use stiction_core::dynamics::{
 use stiction_core::kinematics::{KernelProgram, ProgramMemory, Stage, Target};
 use stiction_core::parameters::Parameters;
 use stiction_core::scalar::Scalar;
-use stiction_core::spatial::Vec3;
 
 /// Compiled program of the kernels for one mechanism.
 #[derive(Debug)]
@@ -170,12 +169,7 @@ impl RecordingSource<'_> {
         let targets: Vec<Target<Recorded>> = (0..self.counts(0).targets)
             .map(|_| Target { value: next(), rate: next(), acceleration: next() })
             .collect();
-        let mut vector = || Vec3::new(next(), next(), next());
-        let loads: Vec<AppliedLoad<Recorded>> = self
-            .loads
-            .iter()
-            .map(|load| AppliedLoad { force: vector(), moment: vector(), ..load.lift() })
-            .collect();
+        let loads = self.read_loads(&mut next);
         self.model.evaluate(&parameters, &mut data, &targets, &loads);
         [motion_results(self.model, &data), force_results(self.model, &parameters, &data)]
     }

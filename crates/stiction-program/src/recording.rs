@@ -5,7 +5,7 @@ use crate::wrench::from_components;
 use stiction_core::dynamics::{AppliedLoad, InverseDynamics, Model};
 use stiction_core::kinematics::{State, Target};
 use stiction_core::parameters::Parameters;
-use stiction_core::spatial::Wrench;
+use stiction_core::spatial::{Vec3, Wrench};
 
 /// Numbers of coordinates, joints, interfaces and other parts of a mechanism and its program.
 #[derive(Clone, Copy, Debug)]
@@ -61,6 +61,16 @@ impl RecordingSource<'_> {
             AppliedLoad { force, moment, ..*load }
         });
         (state, targets.chunks(3).map(target).collect(), loads.collect())
+    }
+
+    /// Reads the loads from the inputs of a recording, which follow one after the other.
+    pub(crate) fn read_loads(
+        &self,
+        mut next: impl FnMut() -> Recorded,
+    ) -> Vec<AppliedLoad<Recorded>> {
+        let mut vector = || Vec3::new(next(), next(), next());
+        let each = self.loads.iter();
+        each.map(|load| AppliedLoad { force: vector(), moment: vector(), ..load.lift() }).collect()
     }
 
     pub(crate) fn counts(&self, coupled: usize) -> Counts {

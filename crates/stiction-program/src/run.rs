@@ -25,6 +25,31 @@ pub(crate) struct Runner {
 /// machine code is not supported.
 pub(crate) const MOST_LANES: usize = 8;
 
+/// Evaluates `$call` with the constant `$l` equal to `$lanes`, the number of lanes of a program.
+macro_rules! by_lanes {
+    ($lanes:expr, $l:ident => $call:expr) => {
+        match $lanes {
+            1 => {
+                const $l: usize = 1;
+                $call
+            }
+            2 => {
+                const $l: usize = 2;
+                $call
+            }
+            4 => {
+                const $l: usize = 4;
+                $call
+            }
+            _ => {
+                const $l: usize = $crate::run::MOST_LANES;
+                $call
+            }
+        }
+    };
+}
+pub(crate) use by_lanes;
+
 /// Returns the number of lanes of this processor, or [`MOST_LANES`] if machine code for it is not
 /// supported.
 pub(crate) fn natural_lanes() -> usize {
@@ -88,12 +113,9 @@ impl Runner {
         for piece in &self.pieces {
             match piece {
                 Piece::Machine(machine) => machine.run(slots, common, scratch),
-                Piece::Interpreted(code) => match self.lanes {
-                    1 => code.interpret::<1>(slots, common, scratch),
-                    2 => code.interpret::<2>(slots, common, scratch),
-                    4 => code.interpret::<4>(slots, common, scratch),
-                    _ => code.interpret::<MOST_LANES>(slots, common, scratch),
-                },
+                Piece::Interpreted(code) => {
+                    by_lanes!(self.lanes, L => code.interpret::<L>(slots, common, scratch));
+                }
                 Piece::Calls(calls) => {
                     for call in calls {
                         let [a, b] = call.arguments.map(|slot| slot as usize * self.lanes);

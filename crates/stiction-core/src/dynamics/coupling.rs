@@ -3,7 +3,7 @@
 //!
 //! Equations (F6), (F7) and (D3) of the book's theory.
 
-use super::balance::{Four, UnitFriction, UnitResponses, WIDTH, lane_of};
+use super::balance::{Four, UnitFriction, UnitResponses, WIDTH};
 use super::interfaces::InterfaceState;
 use super::inverse::Inverse;
 use super::load_history::LoadHistory;
@@ -187,7 +187,7 @@ impl Influence for ComputedInfluence<'_> {
                 }
                 let coefficient = inverse.interfaces()[unit.interface].resistance.coefficient;
                 for (row, &to) in unknowns.iter().enumerate() {
-                    let wrench = lane_of(&responses.wrenches[at.joint(to)], lane);
+                    let wrench = responses.wrenches[at.joint(to)].lane(lane);
                     put(row, column, wrench * coefficient);
                 }
                 column += 1;

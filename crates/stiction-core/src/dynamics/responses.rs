@@ -1,7 +1,7 @@
 //! Changes of all forces per newton of each friction component, from one factorisation of the
 //! frictionless balance.
 
-use super::balance::{Balance, Four, LaneWorkspace, UnitFriction, UnitResponses, WIDTH, lane_of};
+use super::balance::{Balance, Four, LaneWorkspace, UnitFriction, UnitResponses, WIDTH};
 use super::inverse::Inverse;
 use super::model::Model;
 use crate::kinematics::{Bodies, Results};
@@ -159,7 +159,7 @@ impl Responses {
     /// Returns the change of the wrench of a joint per newton of a component. Requires stored
     /// wrenches.
     pub(super) fn wrench(&self, component: usize, joint: usize) -> Wrench<f64> {
-        lane_of(self.block(component / WIDTH, joint), component % WIDTH)
+        self.block(component / WIDTH, joint).lane(component % WIDTH)
     }
 
     /// Adds the changes of all joint wrenches due to the friction forces `amounts` (N, one per

@@ -8,7 +8,7 @@
 
 use super::Forward;
 use super::affine_friction::AffineFriction;
-use super::balance::{Balance, Response, Workspace, one_of_four};
+use super::balance::{Balance, Response, Workspace};
 use super::constraint_jacobian::StickingDof;
 use super::data::Data;
 use super::transmitted::LoadSide;
@@ -114,7 +114,7 @@ impl Influence for Responses<'_> {
                 let held = load_side.held(interfaces[row], multipliers);
                 let wrenches = wrenches[*joint] - held;
                 for lane in 0..four.len() {
-                    let wrench = one_of_four(&wrenches, lane);
+                    let wrench = wrenches.lane(lane);
                     let column = 4 * block + lane;
                     put(row, column, wrench - behind(row, column));
                 }

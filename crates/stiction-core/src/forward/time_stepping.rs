@@ -31,6 +31,7 @@ use crate::friction::{Bristles, Law};
 use crate::friction_problem::complementarity::{
     DryFriction, Member, MemberLaw, SmoothFriction, Solution,
 };
+use crate::friction_problem::newton::largest;
 use crate::kinematics::{State, Target};
 use crate::parameters::InterfaceParameters;
 
@@ -390,9 +391,4 @@ impl Forward {
             reaction_work,
         }
     }
-}
-
-/// Largest magnitude of the numbers.
-fn largest(numbers: &[f64]) -> f64 {
-    numbers.iter().fold(0.0_f64, |m, x| m.max(x.abs()))
 }

@@ -1,7 +1,7 @@
 //! Twists and wrenches: motion and force of a rigid body.
 
 use super::Vec3;
-use crate::scalar::Scalar;
+use crate::scalar::{Lanes, Scalar};
 use core::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
 /// Twist: the velocity of a rigid body about the reference point. The type also represents
@@ -95,6 +95,15 @@ impl<T: Scalar> Wrench<T> {
     #[inline(always)]
     pub fn moment_about(self, point: Vec3<T>) -> Vec3<T> {
         self.moment - point.cross(self.force)
+    }
+}
+
+impl<const N: usize> Wrench<Lanes<f64, N>> {
+    /// Returns the wrench in one SIMD lane.
+    #[inline]
+    pub(crate) fn lane(&self, lane: usize) -> Wrench<f64> {
+        let of = |v: Vec3<Lanes<f64, N>>| Vec3::new(v.x.0[lane], v.y.0[lane], v.z.0[lane]);
+        Wrench { force: of(self.force), moment: of(self.moment) }
     }
 }
 

@@ -14,7 +14,7 @@ use crate::loaded::{LoadPlace, check_count, check_loads};
 use crate::memory::Memory;
 use crate::program_inputs::{BodyMotion, InputLayout, StateOfMotion};
 use crate::recording::Counts;
-use crate::run::{MOST_LANES, Runner};
+use crate::run::{Runner, by_lanes};
 use stiction_core::dynamics::AppliedLoad;
 use stiction_core::kinematics::{State, Target};
 use stiction_core::mechanism::BodyId;
@@ -179,12 +179,7 @@ impl InverseProgram {
     /// and axes of loads are checked only with debug assertions, because the check takes noticeable
     /// time for many states.
     pub fn set_lanes(&self, memory: &mut Memory, states: &[StateOfMotion<'_>]) {
-        match memory.lanes {
-            1 => self.set_all::<1>(memory, states),
-            2 => self.set_all::<2>(memory, states),
-            4 => self.set_all::<4>(memory, states),
-            _ => self.set_all::<MOST_LANES>(memory, states),
-        }
+        by_lanes!(memory.lanes, L => self.set_all::<L>(memory, states));
     }
 
     fn set_all<const L: usize>(&self, memory: &mut Memory, states: &[StateOfMotion<'_>]) {
@@ -265,12 +260,7 @@ impl InverseProgram {
     pub fn run(&self, memory: &mut Memory, settled: &mut [bool]) {
         memory.check_flags(settled);
         let runners = self.code.runners(memory.lanes);
-        match memory.lanes {
-            1 => self.run_lanes::<1>(runners, memory, settled),
-            2 => self.run_lanes::<2>(runners, memory, settled),
-            4 => self.run_lanes::<4>(runners, memory, settled),
-            _ => self.run_lanes::<MOST_LANES>(runners, memory, settled),
-        }
+        by_lanes!(memory.lanes, L => self.run_lanes::<L>(runners, memory, settled));
     }
 
     fn run_lanes<const L: usize>(

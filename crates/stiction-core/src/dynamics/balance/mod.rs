@@ -8,7 +8,7 @@ mod system;
 mod unit_frictions;
 
 pub(in crate::dynamics) use unit_frictions::{
-    Four, LaneWorkspace, UnitFriction, UnitResponses, WIDTH, lane_of,
+    Four, LaneWorkspace, UnitFriction, UnitResponses, WIDTH,
 };
 
 use super::plan::BalancePlan;

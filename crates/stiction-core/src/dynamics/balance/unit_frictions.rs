@@ -294,14 +294,6 @@ fn is_round_off(residual: &[Four], right: &[Four]) -> bool {
     residual.iter().all(is_small) && limit.iter().all(|limit| limit.is_finite())
 }
 
-/// Returns the wrench in SIMD lane `lane` of `wrench`.
-pub(in crate::dynamics) fn lane_of(wrench: &Wrench<Four>, lane: usize) -> Wrench<f64> {
-    let of = |vector: crate::spatial::Vec3<Four>| {
-        crate::spatial::Vec3::new(vector.x.0[lane], vector.y.0[lane], vector.z.0[lane])
-    };
-    Wrench { force: of(wrench.force), moment: of(wrench.moment) }
-}
-
 fn set_lane(wrench: &mut Wrench<Four>, lane: usize, value: Wrench<f64>) {
     for (to, from) in [(&mut wrench.force, value.force), (&mut wrench.moment, value.moment)] {
         (to.x.0[lane], to.y.0[lane], to.z.0[lane]) = (from.x, from.y, from.z);

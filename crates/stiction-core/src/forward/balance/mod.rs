@@ -25,7 +25,7 @@ mod stages;
 
 pub(super) use cholesky::{factor, solve_factored};
 pub(super) use redundancy::reactions;
-pub(super) use respond::{Workspace, one_of_four};
+pub(super) use respond::Workspace;
 pub(super) use response::Response;
 
 use super::Forward;

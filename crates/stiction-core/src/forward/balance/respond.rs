@@ -156,11 +156,7 @@ impl Balance {
                 let mut response = Response {
                     accelerations: numbers(&four.accelerations),
                     multipliers: numbers(&four.multipliers),
-                    wrenches: four
-                        .wrenches
-                        .iter()
-                        .map(|wrench| one_of_four(wrench, lane))
-                        .collect(),
+                    wrenches: four.wrenches.iter().map(|wrench| wrench.lane(lane)).collect(),
                 };
                 let of = (model, data);
                 self.redundancy.apply(of, &self.rows, false, redundancy, &mut response);
@@ -345,10 +341,4 @@ impl Balance {
             }
         }
     }
-}
-
-/// Returns the wrench in one of four SIMD lanes.
-pub(in crate::forward) fn one_of_four(wrench: &Wrench<Four>, lane: usize) -> Wrench<f64> {
-    let of = |v: Vec3<Four>| Vec3::new(v.x.0[lane], v.y.0[lane], v.z.0[lane]);
-    Wrench { force: of(wrench.force), moment: of(wrench.moment) }
 }

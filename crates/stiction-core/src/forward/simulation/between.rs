@@ -142,18 +142,16 @@ impl<'a> Simulation<'a> {
                 copy.commit(&y, arrived);
             }
             Interpolation::Curve => {
+                let crosses = *crosses;
                 if !*has_curve {
                     copy.steps.copy_from(&self.steps);
                     copy.workspace.crosses = crosses.then_some(0.0);
-                    let crosses = *crosses;
                     copy.prepare_curve(self, inputs)?;
                     self.last_step.has_curve = true;
-                    copy.workspace.crosses = crosses.then_some(0.0);
                     // Newton's method then starts from the same normal loads for every instant of
                     // the step.
                     copy.workspace.loads.clear();
                 }
-                let crosses = self.last_step.crosses;
                 copy.workspace.crosses = crosses.then_some(0.0);
                 let part = (time - from) / copy.steps.step;
                 copy.steps.at(part, &mut y);

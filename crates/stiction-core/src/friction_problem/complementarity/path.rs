@@ -21,7 +21,6 @@ use super::laws::MemberLaw;
 use super::newton::STAGNATED;
 use super::problem::Complementarity;
 use nalgebra::{DMatrix, DVector};
-use std::cell::Cell;
 
 /// Multiple of the friction coefficients at the start of the path.
 const STUCK: f64 = 1e9;
@@ -106,7 +105,7 @@ struct Path<'a> {
     /// Sign of the determinant of the extended system along the path; zero at the start.
     sign: f64,
     /// Number of points computed so far.
-    trials: Cell<usize>,
+    trials: usize,
 }
 
 /// Point on the path or on the continuation of its present piece.
@@ -128,8 +127,7 @@ impl<'a> Path<'a> {
         let x = stuck.push(STUCK.ln());
         let mut tangent = DVector::zeros(n + 1);
         tangent[n] = -1.0;
-        let trials = Cell::default();
-        let mut path = Self { problem, creep, x, sticks, unit: 0.0, tangent, sign: 0.0, trials };
+        let mut path = Self { problem, creep, x, sticks, unit: 0.0, tangent, sign: 0.0, trials: 0 };
         path.turn()?;
         (path.least_margin(&path.x).1 >= -1.0).then_some(path)
     }
@@ -215,8 +213,8 @@ impl<'a> Path<'a> {
     }
 
     /// Returns the point of the path at the distance `length` along the tangent, if it is found.
-    fn ahead(&self, length: f64) -> Option<Candidate> {
-        self.trials.update(|trials| trials + 1);
+    fn ahead(&mut self, length: f64) -> Option<Candidate> {
+        self.trials += 1;
         let x = self.corrected(&self.x + self.newtons(&self.tangent * length), false)?;
         let (member, margin) = self.least_margin(&x);
         (self.distance(&x) <= FARTHEST * length).then_some(Candidate { x, member, margin })
@@ -224,7 +222,7 @@ impl<'a> Path<'a> {
 
     /// Returns the end of the present piece of the path, if it is before the point `high` at the
     /// distance `length`; otherwise returns `high`.
-    fn end_of_piece(&self, mut high: Candidate, mut length: f64) -> Option<Candidate> {
+    fn end_of_piece(&mut self, mut high: Candidate, mut length: f64) -> Option<Candidate> {
         let (mut low, mut above) = (0.0, self.least_margin(&self.x).1);
         for search in 0..SEARCHES {
             if high.margin >= LOCATED {
@@ -267,7 +265,7 @@ impl<'a> Path<'a> {
     fn end(mut self) -> Option<Vec<f64>> {
         let n = self.problem.count();
         let mut step = FIRST;
-        while self.trials.get() < TRIALS && step > SHORTEST {
+        while self.trials < TRIALS && step > SHORTEST {
             // Several modes may end at the same point.
             let (member, margin) = self.least_margin(&self.x);
             if margin < LOCATED {
@@ -304,7 +302,7 @@ impl<'a> Path<'a> {
 
     /// Begins the next piece of the path at the present point, where the mode of `member` ends.
     fn change_mode(&mut self, member: usize) -> Option<()> {
-        self.trials.update(|trials| trials + 1);
+        self.trials += 1;
         self.sticks[member] = !self.sticks[member];
         self.turn()
     }
