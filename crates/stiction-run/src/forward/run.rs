@@ -111,9 +111,13 @@ impl Job<'_> {
             before.clone_from(&checkpoint.events);
         }
         // Checkpoint after the last sample, without events, and the number of events up to this
-        // sample.
-        let mut kept: Option<(RunCheckpoint, usize)> = None;
-        for time in instants.iter().skip(done) {
+        // sample. A resumed run that is interrupted before its first sample keeps its checkpoint.
+        let mut kept: Option<(RunCheckpoint, usize)> = checkpoint
+            .map(|point| (RunCheckpoint { events: Vec::new(), ..point.clone() }, before.len()));
+        // A checkpoint has the state at the start of a step. If it has all samples, the step to the
+        // last one is repeated nevertheless, for its events and its number of evaluations.
+        let repeats = checkpoint.is_some() && done == instants.count();
+        for time in instants.iter().skip(done - usize::from(repeats)) {
             let mut advanced = self.check(time);
             while let Some(change) = changes.get(changed).filter(|change| change.is_due(time)) {
                 let at = change.time;
@@ -181,8 +185,12 @@ impl Job<'_> {
             if let Some(stop) = simulation.ended_by().and_then(|k| self.stops.get(k)) {
                 ending = Ending::Stopped(stop.text().to_owned());
                 if time <= last && done > 0 {
+                    last = time;
                     break;
                 }
+            }
+            if repeats {
+                break;
             }
             joints.clear();
             joints.extend(dofs.iter().map(|f| simulation.joint_motion(f.joint, f.index)));

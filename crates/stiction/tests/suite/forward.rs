@@ -180,3 +180,46 @@ fn joints_stick_while_a_prescribed_motion_pauses() {
     }
     assert!(!run.samples()[10].friction("B").unwrap().sticks);
 }
+
+/// A simulation that resumes after any of its samples, also after the last one, has the outcome of
+/// one that was not interrupted. Interrupted again before its next sample, it keeps its checkpoint.
+#[test]
+fn a_simulation_resumes_after_any_sample() {
+    let robot = pendulum();
+    // The pendulum sticks at its second reversal, at 2.7 s.
+    let plan = |until: f64| {
+        let request = robot.forward().at("pivot", 0.02).unwrap().step(0.03).until(until);
+        request.plan().unwrap()
+    };
+    let run = robot.forward().at("pivot", 0.02).unwrap().until(10.0).run().unwrap();
+    let reversals: Vec<f64> = run.events().iter().map(|event| event.time).collect();
+    assert!(!reversals.is_empty());
+    // Ends close after an event and between events.
+    for until in [reversals[0] + 1e-9, reversals[0] + 0.11, reversals[0] * 0.7] {
+        let plan = plan(until);
+        let mut checkpoints = Vec::new();
+        let whole = plan
+            .record(
+                |_, checkpoint| {
+                    checkpoints.push(checkpoint());
+                    Ok(())
+                },
+                &|| false,
+                None,
+            )
+            .unwrap();
+        assert_eq!(checkpoints.len(), whole.samples);
+        for checkpoint in &checkpoints {
+            let resumed = plan.record(|_, _| Ok(()), &|| false, Some(checkpoint)).unwrap();
+            assert_eq!(resumed.samples, whole.samples);
+            assert_eq!(resumed.events, whole.events);
+            assert_eq!(resumed.evaluations, whole.evaluations);
+            assert_eq!(resumed.coarsest, whole.coarsest);
+            assert_eq!(resumed.last, whole.last);
+            let polls = std::cell::Cell::new(0);
+            let is_stopped = || polls.replace(polls.get() + 1) > 0;
+            let cut = plan.record(|_, _| Ok(()), &is_stopped, Some(checkpoint)).unwrap();
+            assert!(cut.checkpoint.as_ref() == Some(checkpoint));
+        }
+    }
+}
