@@ -197,8 +197,8 @@ pub struct Control {
     pub friction: FrictionFeed,
     /// Sampling period, s; zero for a controller in continuous time.
     pub period: f64,
-    /// Natural frequency of the closed loop without friction, rad/s.
-    pub bandwidth: f64,
+    /// Natural frequency of the closed loop without friction, rad/s, if given.
+    pub bandwidth: Option<f64>,
     /// Damping ratio of the closed loop without friction.
     pub damping: f64,
     /// True if rates are computed as differences of measured positions.
@@ -207,6 +207,12 @@ pub struct Control {
     pub channels: Vec<Channel>,
     /// Indices of the actuators for which the file has settings.
     pub named: Vec<usize>,
+}
+
+impl Control {
+    /// Natural frequency of the closed loop of default gains, rad/s. A controller with coupled
+    /// actuators may need a lower one.
+    pub const USUAL_BANDWIDTH: f64 = core::f64::consts::TAU * 10.0;
 }
 
 impl Channel {

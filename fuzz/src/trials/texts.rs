@@ -2,8 +2,8 @@
 
 use std::sync::{Arc, OnceLock};
 use stiction_format::{
-    Contents, Diagnostics, ImportOptions, ModelFile, Motion, Signal, Source, Store, gallery,
-    import, read,
+    Contents, Control, Diagnostics, ImportOptions, ModelFile, Motion, Signal, Source, Store,
+    gallery, import, read,
 };
 
 /// Renders messages in all formats.
@@ -240,7 +240,8 @@ pub fn drives(text: &str) {
     }
     for source in [Source::new("--controller", text), Source::new("--controller", "c.toml")] {
         if let Some(control) = accepted(robot.parse_control(&source, &own)) {
-            let numbers = [control.period, control.bandwidth, control.damping];
+            let bandwidth = control.bandwidth.unwrap_or(Control::USUAL_BANDWIDTH);
+            let numbers = [control.period, bandwidth, control.damping];
             assert!(numbers.iter().all(|x| x.is_finite()), "{control:?}");
             assert!(control.period > 0.0, "{control:?}");
         }

@@ -16,8 +16,7 @@ use std::sync::Arc;
 const DEFAULTS: [&str; 3] = ["pd", "computed-torque", "computed-torque+friction"];
 /// Default sampling period, s.
 const PERIOD: f64 = 1e-3;
-/// Default natural frequency of the closed loop without friction, Hz.
-const BANDWIDTH: f64 = 10.0;
+/// Default damping ratio of the closed loop without friction.
 const DAMPING: f64 = 1.0;
 
 /// Returns the controller of this name with default settings; `None` for an unknown name.
@@ -34,7 +33,7 @@ pub(super) fn usual(name: &str, actuators: &Actuators) -> Option<Control> {
         control,
         friction,
         period: PERIOD,
-        bandwidth: TAU * BANDWIDTH,
+        bandwidth: None,
         damping: DAMPING,
         differences: false,
         channels: vec![Channel::NONE; actuators.len()],
@@ -74,7 +73,10 @@ pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) 
         Some(value) => record.quantity(key).filter(|x| in_range(context, key, value, *x, zero)),
     };
     let period = positive("period", usual.period, true)?;
-    let bandwidth = TAU * positive("bandwidth", BANDWIDTH, false)?;
+    let bandwidth = match record.value("bandwidth") {
+        None => None,
+        Some(_) => Some(TAU * positive("bandwidth", 0.0, false)?),
+    };
     let damping = positive("damping", usual.damping, true)?;
     let mut channels = usual.channels;
     for key in CHANNEL {

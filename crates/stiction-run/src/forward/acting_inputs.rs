@@ -7,6 +7,7 @@ use super::guide::Guide;
 use super::job::{Feed, Job};
 use super::motors::Motors;
 use super::reference::{References, own_signal};
+use super::sampled_loop::Tuning;
 use super::stop::Stop;
 use crate::error::Error;
 use crate::names::Names;
@@ -185,6 +186,11 @@ impl<'a> Acting<'a> {
             failed: None,
             without_load: None,
         })
+    }
+
+    /// Returns what is known about the stability of the controller at the start.
+    pub(super) fn tuning(&self) -> Tuning {
+        self.controller.as_ref().map(|controller| controller.tuning).unwrap_or_default()
     }
 
     /// Returns the time of the next sample of the controller, s; `None` without a sampling period.

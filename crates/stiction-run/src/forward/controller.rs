@@ -1,8 +1,11 @@
 //! Controllers of the actuators, evaluated at regular samples or in continuous time.
 
+use super::acting_inputs::prescribed;
 use super::job::Job;
 use super::motors::Motors;
+use super::sampled_loop::{SampledLoop, Tuning, largest_bandwidth};
 use crate::error::Error;
+use nalgebra::{DMatrix, DVector};
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, Settings};
 use stiction_core::forward::Forward;
 use stiction_core::kinematics::{Bodies, Coordinate, State, Target};
@@ -59,6 +62,8 @@ pub(super) struct Controller<'a> {
     motors: Motors,
     /// Positions of all actuators at the previous sample, m or rad; `None` before the first sample.
     before: Option<Vec<f64>>,
+    /// What is known about the stability of the loop at the start.
+    pub(super) tuning: Tuning,
 }
 
 /// Measurements, references and feed-forward efforts that a controller receives at a sample.
@@ -89,12 +94,45 @@ impl<'a> Controller<'a> {
         let wants_gains =
             |c: &stiction_format::Channel| c.proportional.is_none() || c.derivative.is_none();
         let pd = control.control != ControlType::ComputedTorque;
-        let model = if !pd || control.channels.iter().any(wants_gains) {
-            Some(by_actuators(job.known_model(), forward, (state, bodies))?)
-        } else {
-            None
+        let needs_model = !pd || control.channels.iter().any(wants_gains);
+        // With given gains, the model is only needed to examine their stability, and may fail.
+        let optional = |error: Error| if needs_model { Err(error) } else { Ok(()) };
+        let model = by_actuators(job.known_model(), forward, (state, bodies));
+        let model = model.map(Some).or_else(|error| optional(error).map(|()| None))?;
+        let mut controller = Self {
+            control,
+            gains: Vec::new(),
+            integrals: vec![0.0; control.channels.len()],
+            model,
+            motors: Motors::new(&job.known_model().mechanism),
+            before: None,
+            tuning: Tuning::default(),
         };
-        let (omega, zeta) = (control.bandwidth, control.damping);
+        let count = control.channels.len();
+        let masses = match (pd, &controller.model) {
+            // Computed torque makes each actuator a unit mass.
+            (false, _) => Some(DMatrix::identity(count, count)),
+            (true, None) => None,
+            (true, Some(_)) => {
+                let masses = controller.masses();
+                masses.map(Some).or_else(|error| optional(error).map(|()| None))?
+            }
+        };
+        controller.model.take_if(|_| !needs_model);
+        // Prescribed actuators are not moved by the controller.
+        let taken = prescribed(job);
+        let free: Vec<usize> = (0..count).filter(|actuator| !taken.contains(actuator)).collect();
+        let coupled = masses.as_ref().map(|all| all.select_rows(&free).select_columns(&free));
+        let zeta = control.damping;
+        let omega = control.bandwidth.unwrap_or_else(|| {
+            let largest = coupled
+                .as_ref()
+                .map_or(f64::INFINITY, |coupled| largest_bandwidth(coupled, zeta, control.period));
+            if largest < Control::USUAL_BANDWIDTH && control.channels.iter().any(wants_gains) {
+                controller.tuning.lowered = Some(largest);
+            }
+            largest.min(Control::USUAL_BANDWIDTH)
+        });
         let usual = |limit: f64| Gains {
             proportional: omega * omega,
             derivative: 2.0 * zeta * omega,
@@ -104,17 +142,10 @@ impl<'a> Controller<'a> {
         };
         let mut gains: Vec<Gains> =
             control.channels.iter().map(|channel| usual(channel.limit)).collect();
-        let mut controller = Self {
-            control,
-            gains: Vec::new(),
-            integrals: vec![0.0; control.channels.len()],
-            model,
-            motors: Motors::new(&job.known_model().mechanism),
-            before: None,
-        };
         if pd {
-            let masses = controller.masses()?;
-            for ((gains, channel), mass) in gains.iter_mut().zip(&control.channels).zip(masses) {
+            for (k, (gains, channel)) in gains.iter_mut().zip(&control.channels).enumerate() {
+                // Without a model, both gains are given.
+                let mass = masses.as_ref().map_or(0.0, |masses| masses[(k, k)]);
                 let given = channel.proportional;
                 gains.proportional = given.unwrap_or(gains.proportional * mass);
                 gains.derivative = channel.derivative.unwrap_or(gains.derivative * mass);
@@ -125,6 +156,19 @@ impl<'a> Controller<'a> {
                 }
             }
         }
+        controller.tuning.growth = coupled.and_then(|masses| {
+            let of = |gain: fn(&Gains) -> f64| {
+                DVector::from_iterator(free.len(), free.iter().map(|k| gain(&gains[*k])))
+            };
+            let control_loop = SampledLoop {
+                masses,
+                proportional: of(|gains| gains.proportional),
+                derivative: of(|gains| gains.derivative),
+                period: control.period,
+                differences: control.differences,
+            };
+            control_loop.growth()
+        });
         controller.gains = gains;
         if let Some(model) = &mut controller.model
             && control.friction == FrictionFeed::Measured
@@ -164,11 +208,12 @@ impl<'a> Controller<'a> {
         }
     }
 
-    /// Returns the effective mass of each actuator, kg or kg m^2: the effort per unit acceleration
-    /// of this actuator while the other actuators do not accelerate.
-    fn masses(&mut self) -> Result<Vec<f64>, Error> {
+    /// Returns the mass matrix of the actuators, kg or kg m^2. Its column `k` contains the efforts
+    /// per unit acceleration of actuator `k` while the other actuators do not accelerate.
+    fn masses(&mut self) -> Result<DMatrix<f64>, Error> {
+        let count = self.control.channels.len();
         let Some(model) = &mut self.model else {
-            return Ok(vec![0.0; self.control.channels.len()]);
+            return Ok(DMatrix::zeros(count, count));
         };
         let state = model.state().clone();
         let (bodies, actuators) = (model.bodies().clone(), model.mechanism().actuators());
@@ -187,10 +232,15 @@ impl<'a> Controller<'a> {
             Ok(model.solve(&[]).map_err(Error::ControllerForces)?.efforts_frictionless.clone())
         };
         let still = drives(&targets)?;
-        let mut masses = Vec::with_capacity(still.len());
-        for k in 0..still.len() {
+        let mut masses = DMatrix::zeros(count, count);
+        for k in 0..count {
             targets[k].acceleration = 1.0;
-            masses.push(drives(&targets)?[k] - still[k]);
+            let efforts = drives(&targets)?;
+            masses
+                .column_mut(k)
+                .iter_mut()
+                .zip(efforts.iter().zip(&still))
+                .for_each(|(mass, (effort, still))| *mass = effort - still);
             targets[k].acceleration = 0.0;
         }
         self.motors.add_inertia(&mut masses);

@@ -20,7 +20,7 @@ impl Summary {
             mobility: None,
             travel: Vec::new(),
             headlines: self.headlines(),
-            cautions: self.cautions(job),
+            cautions: self.cautions(job, outcome),
             findings: verdicts::of(job, self, outcome),
         }
     }

@@ -5,6 +5,7 @@
 //! which this effort acts.
 
 use crate::error::Error;
+use nalgebra::DMatrix;
 use stiction_core::kinematics::{Bodies, Target};
 use stiction_core::mechanism::{DriveTrain, GearInput, Mechanism, MotorMap, SharedMotors};
 
@@ -166,11 +167,11 @@ impl Motors {
         names.collect::<Vec<_>>().join(", ")
     }
 
-    /// Adds the reflected inertia of the rotors to the effective masses of the actuators, kg or kg m^2.
-    pub(super) fn add_inertia(&self, masses: &mut [f64]) {
+    /// Adds the reflected inertia of the rotors to the mass matrix of the actuators, kg or kg m^2.
+    pub(super) fn add_inertia(&self, masses: &mut DMatrix<f64>) {
         for (train, map) in &self.trains {
-            for term in &map.terms {
-                masses[term.actuator] += term.part * term.part * train.reflected_inertia();
+            for (a, b) in map.terms.iter().flat_map(|a| map.terms.iter().map(move |b| (a, b))) {
+                masses[(a.actuator, b.actuator)] += a.part * b.part * train.reflected_inertia();
             }
         }
     }

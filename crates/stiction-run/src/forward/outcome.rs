@@ -1,6 +1,7 @@
 //! Result of a whole simulation.
 
 use super::checkpoint::RunCheckpoint;
+use super::sampled_loop::Tuning;
 use crate::error::Error;
 use stiction_core::forward::Event;
 
@@ -45,6 +46,8 @@ pub struct Outcome {
     /// True if the simulation starts with other rates than requested, because loops, prescribed
     /// actuators or locked actuators do not allow the requested rates.
     pub rates_changed: bool,
+    /// Stability of the controller at the start; all `None` without a controller.
+    pub tuning: Tuning,
     /// Notes for the user on the assembly of the initial configuration.
     pub assembly_notes: Vec<String>,
 }

@@ -61,6 +61,7 @@ impl Job<'_> {
         let next_change = |changed: usize| changes.get(changed).map_or(f64::INFINITY, |c| c.time);
         let mut acting = Acting::new(job, forward, &start, stopped)?;
         acting.payload_change = next_change(changed);
+        let tuning = acting.tuning();
         self.check(self.from)?;
         let started = match checkpoint {
             None => forward.start(self.from, state, self.settings, &mut acting),
@@ -249,6 +250,7 @@ impl Job<'_> {
             coarsest: simulation.coarsest(),
             invertible: figures.invertible,
             rates_changed,
+            tuning,
             ending,
         })
     }

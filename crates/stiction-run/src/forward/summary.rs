@@ -211,7 +211,7 @@ impl Summary {
                 "absolute_tolerance": job.settings.absolute,
                 "time_step_tolerance": job.settings.time_step_tolerance,
             },
-            "cautions": self.cautions(job),
+            "cautions": self.cautions(job, outcome),
             "units": "SI: s, m, rad, kg, N, N m, J, W",
             "ended": ended,
             "ended_because": why,
@@ -256,6 +256,10 @@ impl Summary {
         if let Some((brought, lost)) = account.payloads {
             (value["energy"]["payloads"], value["energy"]["impacts"]) =
                 (json!(brought), json!(lost));
+        }
+        // Only controlled simulations have this entry.
+        if job.control.is_some() {
+            value["verdicts"]["controller"] = outcome.tuning.json();
         }
         // Only models with gearings have this entry.
         if !self.gearings.is_empty() {
@@ -338,10 +342,16 @@ impl Summary {
 
     /// Returns warnings about the samples of the recorded motion, about quantities that leave their
     /// ranges, and about the loads on the motors.
-    pub(super) fn cautions(&self, job: &Job<'_>) -> Vec<String> {
+    pub(super) fn cautions(&self, job: &Job<'_>, outcome: &Outcome) -> Vec<String> {
         let trains = self.layout.motors.trains().zip(&self.motors);
         let motors = trains.flat_map(|(train, load)| load.cautions(train));
-        job.cautions().into_iter().chain(self.ranges.cautions()).chain(motors).collect()
+        let unstable = job.control.and_then(|control| outcome.tuning.caution(control.period));
+        job.cautions()
+            .into_iter()
+            .chain(self.ranges.cautions())
+            .chain(motors)
+            .chain(unstable)
+            .collect()
     }
 
     /// Returns the number of events of each kind as a JSON object.

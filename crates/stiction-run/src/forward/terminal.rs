@@ -63,6 +63,9 @@ pub fn write_summary(
     if let Some(interpolation) = job.motion.and_then(|motion| motion.interpolation.as_ref()) {
         writeln!(out, "motion: {interpolation}")?;
     }
+    if let Some(lowered) = job.control.and_then(|control| outcome.tuning.note(control.period)) {
+        writeln!(out, "note: {lowered}")?;
+    }
     for note in &outcome.assembly_notes {
         writeln!(out, "note: {note}")?;
     }
@@ -84,7 +87,10 @@ pub fn write_summary(
     }
     write_method(out, summary, outcome)?;
     write_verdicts(out, job, summary, outcome)?;
-    summary.cautions(job).iter().try_for_each(|caution| writeln!(out, "CAUTION: {caution}"))
+    summary
+        .cautions(job, outcome)
+        .iter()
+        .try_for_each(|caution| writeln!(out, "CAUTION: {caution}"))
 }
 
 fn write_motors(out: &mut impl Write, summary: &Summary) -> fmt::Result {

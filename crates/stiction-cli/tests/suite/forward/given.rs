@@ -1,7 +1,7 @@
 //! Inputs of a run: initial state, efforts, prescribed and locked joints.
 
 use crate::program::models::slope;
-use crate::program::{Folder, column};
+use crate::program::{Folder, column, json};
 
 #[test]
 fn the_start_may_be_partial() {
@@ -219,4 +219,33 @@ fn unprescribed_coordinates_are_free() {
         .fails(2, &["leave one degree of freedom undetermined"]);
     // A motion without a controller needs no further input either.
     folder.stiction(&["forward", "cart.toml", "--drives", "none", "--until", "0.1"]).succeeds();
+}
+
+/// The actuators of `4ups-upu` are coupled so strongly that gains of 10 Hz are unstable with a
+/// sampling period of 1 ms: the robot is torn apart within 20 ms. Default gains are lowered, and
+/// given ones are named as the cause.
+#[test]
+fn default_gains_of_coupled_actuators_are_stable() {
+    let folder = Folder::new("forward-coupled-gains");
+    let run = |controller: &str| {
+        let until = ["--until", "0.1", "--json", "--report", "off"];
+        let all = [&["forward", "4ups-upu", "--controller", controller][..], &until].concat();
+        json(folder.stiction(&all).succeeds())
+    };
+    let summary = run("pd");
+    let verdict = &summary["verdicts"]["controller"];
+    assert_eq!(verdict["stable"], true);
+    assert!(verdict["lowered_bandwidth"].as_f64().is_some_and(|hertz| hertz < 8.0));
+    assert_eq!(summary["cautions"].as_array().unwrap().len(), 0);
+    for (_, drive) in summary["drives"].as_object().unwrap() {
+        assert!(drive["drive"]["peak"].as_f64().unwrap().abs() < 1e4);
+        assert!(drive["error"]["peak"].as_f64().unwrap().abs() < 0.05);
+    }
+    let summary = run("type = pd; bandwidth = 10 Hz");
+    assert_eq!(summary["verdicts"]["controller"]["stable"], false);
+    let caution = summary["cautions"][0].as_str().unwrap();
+    assert!(caution.contains("the controller is unstable at the start"), "{caution}");
+    // A shorter period permits the bandwidth.
+    let summary = run("type = pd; period = 0.1 ms");
+    assert!(summary["verdicts"]["controller"]["lowered_bandwidth"].is_null());
 }

@@ -35,7 +35,7 @@ pub fn draw_report(
     let inner = [
         header(job.model, &about(job, summary)),
         cards(summary, outcome),
-        html::warnings(&summary.cautions(job)),
+        html::warnings(&summary.cautions(job, outcome)),
         section("The robot", &animation.shared.figure("", None)),
         of("Motion", tables::motion(summary) + &plot(&["motion", "error", "path", "space-error"])),
         of("Actuator efforts", tables::efforts(summary) + &plot(&["drives"])),
