@@ -10,6 +10,9 @@
 //!   rounding.
 //! - Outliers: accelerations by differences that lie outside all predictions from neighbours on
 //!   both sides. A step of the acceleration lies between the predictions, a wrong sample does not.
+//! - Wrong values in smooth stretches: residuals of a polynomial that have the shape of one wrong
+//!   value, a jump, or two exchanged values ([`matched`]). This finds errors at few samples per
+//!   period, where neighbouring accelerations differ too much for predictions.
 //! - Rows in a wrong order: accelerations that become like the neighbouring ones if two values are
 //!   exchanged.
 //! - Held values: each value of a moving signal is repeated several times, because the sensor is
@@ -20,20 +23,22 @@
 //! recording.
 
 mod histogram;
+mod matched;
 mod order;
 mod outliers;
 mod stencil;
 
 use crate::signal::Given;
 use histogram::Histogram;
+use matched::{Kind, Matched};
 use order::{exchanged, held};
-use outliers::{excess, excess_at_end};
-use stencil::{Stencil, residuals};
+use outliers::{AtEnd, at_zero, excess, excess_at_end};
+use stencil::{Stencil, WIDE, residual, residuals};
 
 /// Number of samples per analysed block.
 const BLOCK: usize = 256;
 /// Samples needed on either side of an analysed sample.
-pub(crate) const MARGIN: usize = 8;
+const MARGIN: usize = 12;
 /// Number of blocks, from the beginning of the recording, that are all tested for noise. Of the
 /// later blocks, one in [`SPARSE`] is tested.
 const DENSE_BLOCKS: usize = 200;
@@ -41,11 +46,18 @@ const SPARSE: usize = 8;
 /// Quantile of the residuals from which noise is estimated, and its value for a normal
 /// distribution of unit variance. It is low, so that disturbed residuals do not count.
 const NOISE_QUANTILE: (f64, f64) = (0.3, 0.385_320_466);
+/// Minimum number of residuals of each stencil that a block needs for an estimate of its noise.
+const FEWEST_RESIDUALS: usize = 28;
 /// Noise is reported if its standard deviation in the acceleration exceeds this fraction of the peak acceleration. The
 /// peak of the noise is then about 5 % of the peak acceleration.
 const NOISE_LIMIT: f64 = 0.014;
 /// Noise up to this multiple of the rounding of the written numbers is attributed to rounding.
 const EXPLAINED: f64 = 6.0;
+/// Minimum ratio of a residual to the standard deviation of rounding at which a value is compared
+/// with a polynomial through more neighbours.
+const MATCHED_SIGMAS: f64 = 3.0;
+/// Minimum ratio of such a residual to the median residual of the block.
+const UNUSUAL: f64 = 3.0;
 /// Error of the acceleration, relative to its peak, above which an outlier is reported.
 const OUTLIER_LIMIT: f64 = 0.025;
 /// Minimum ratio of the acceleration error of an outlier to the typical error of predictions in the
@@ -69,8 +81,10 @@ const END_LIMIT: f64 = 2.2;
 /// Acceleration error by rounded times, relative to the peak acceleration, above which the error is
 /// reported.
 const TIME_LIMIT: f64 = 0.05;
-/// Minimum number of samples in motion that a block needs for contradictions in it to be judged.
-const FEWEST_MOVING: usize = 24;
+/// Minimum number of samples in motion that a block needs for contradictions in it to be judged, and
+/// number below which almost all of these samples must contradict, since corners disturb some.
+const FEWEST_MOVING: usize = 6;
+const ENOUGH_MOVING: usize = 24;
 /// Maximum number of stored outlier times.
 const MAX_OUTLIERS: usize = 64;
 
@@ -163,12 +177,13 @@ pub(crate) struct Quality {
     noise: [Option<Noise>; 2],
     errors: Histogram,
     outliers: Vec<(Peak, f64)>,
-    /// Distances of the accelerations near the ends of the recording from their predictions, each
-    /// with the standard deviation of its rounding error. `interior` is the largest acceleration
-    /// elsewhere.
-    ends: Vec<(Peak, f64)>,
+    /// Deviations of the accelerations near the ends of the recording, each with its time and the
+    /// standard deviation of its rounding error. `interior` is the largest acceleration elsewhere.
+    ends: Vec<(AtEnd, f64, f64)>,
     interior: f64,
     exchanged: Vec<Peak>,
+    /// Wrong values in smooth stretches, with the errors of the acceleration.
+    wrong: Vec<(Peak, Kind)>,
     held: Option<Held>,
     contradictions: Vec<Difference>,
 }
@@ -211,6 +226,7 @@ impl Quality {
             ends: Vec::new(),
             interior: 0.0,
             exchanged: Vec::new(),
+            wrong: Vec::new(),
             held: None,
             contradictions: vec![Difference::default(); orders - 1],
         }
@@ -280,16 +296,28 @@ impl Quality {
             })
             .map(|(error, _)| *error)
             .collect();
-        let at_ends = self.ends.iter().filter(|(error, sigma)| {
-            self.interior > 0.0
-                && error.size >= END_LIMIT * self.interior
-                && error.size >= OUTLIER_SIGMAS * sigma
+        // Where a coordinate moves only near an end, nothing shows which acceleration is usual.
+        let at_ends = self.ends.iter().filter(|(at_end, _, sigma)| {
+            (self.interior > 0.0 || at_end.alternates)
+                && at_end.error >= END_LIMIT * self.interior.max(at_end.beside)
+                && at_end.error >= OUTLIER_SIGMAS * sigma
         });
-        outliers.extend(at_ends.map(|(error, _)| *error));
+        outliers.extend(at_ends.map(|&(at_end, time, _)| Peak { size: at_end.error, time }));
         let mut exchanged = std::mem::take(&mut self.exchanged);
         exchanged.retain(|error| {
             error.size >= OUTLIER_LIMIT * peak && error.size >= OUTLIER_NOISE * noisy
         });
+        let is_wrong = |(error, _): &&(Peak, Kind)| {
+            error.size >= OUTLIER_LIMIT * peak && error.size >= OUTLIER_NOISE * noisy
+        };
+        let wrong: Vec<(Peak, Kind)> = self.wrong.iter().filter(is_wrong).copied().collect();
+        // Errors that the other tests have found are not reported a second time.
+        if outliers.is_empty() && exchanged.is_empty() {
+            for (error, kind) in wrong {
+                let is_exchange = matches!(kind, Kind::Exchange(_));
+                if is_exchange { &mut exchanged } else { &mut outliers }.push(error);
+            }
+        }
         exchanged.sort_by(|a, b| a.time.total_cmp(&b.time));
         outliers.sort_by(|a, b| a.time.total_cmp(&b.time));
         let contradictions = self.contradictions.iter().enumerate();
@@ -337,6 +365,7 @@ impl Quality {
                 self.peaks(samples.clone(), &accelerations);
             }
             self.outliers(samples.clone(), &accelerations);
+            self.wrong_values(samples.clone(), order);
             if order == 0 {
                 self.order_of_rows(samples.clone(), &accelerations);
             }
@@ -399,12 +428,16 @@ impl Quality {
             if order + 1 < self.orders && self.orders == 3 {
                 continue;
             }
-            let estimates = Stencil::ALL.map(|stencil| {
-                let mut found =
-                    residuals(stencil, &self.times, &self.columns[order], samples.clone());
-                (found.len() >= 32).then(|| quantile(&mut found, NOISE_QUANTILE.0))
+            // All stencils are used or none: at few samples per period, the residuals of the narrowest
+            // stencil are no noise.
+            let mut found = Stencil::ALL.map(|stencil| {
+                residuals(stencil, &self.times, &self.columns[order], samples.clone())
             });
-            let Some(least) = estimates.into_iter().flatten().reduce(f64::min) else { continue };
+            if found.iter().any(|residuals| residuals.len() < FEWEST_RESIDUALS) {
+                continue;
+            }
+            let estimates = found.each_mut().map(|list| quantile(list, NOISE_QUANTILE.0));
+            let least = estimates.into_iter().fold(f64::INFINITY, f64::min);
             let sigma = least / NOISE_QUANTILE.1;
             let count = samples.len() as f64;
             let own = samples.clone().map(|i| self.rounding[order][i].powi(2)).sum::<f64>() / count;
@@ -447,8 +480,9 @@ impl Quality {
         for i in samples {
             let Some((own, sigma)) = found[i] else { continue };
             let Some(error) = excess(&self.times, found, i) else {
-                let error = excess_at_end(&self.times, found, i).unwrap_or(0.0);
-                self.ends.push((Peak { size: error, time: self.times[i] }, sigma));
+                if let Some(at_end) = excess_at_end(&self.times, found, i) {
+                    self.ends.push((at_end, self.times[i], sigma));
+                }
                 continue;
             };
             self.interior = self.interior.max(own.abs());
@@ -460,6 +494,41 @@ impl Quality {
             if self.outliers.len() > 2 * MAX_OUTLIERS {
                 self.outliers.sort_by(|a, b| b.0.size.total_cmp(&a.0.size));
                 self.outliers.truncate(MAX_OUTLIERS);
+            }
+        }
+    }
+
+    /// Collects wrong values in smooth stretches of the column of an order.
+    fn wrong_values(&mut self, samples: std::ops::Range<usize>, order: usize) {
+        let (t, y, sigmas) = (&self.times, &self.columns[order], &self.rounding[order]);
+        let mut sizes = residuals(WIDE, t, y, samples.clone());
+        let usual = quantile(&mut sizes, 0.5);
+        for i in samples {
+            let Some((residual, norm)) = residual(WIDE, t, y, i) else { continue };
+            // Fits to samples that are as noisy as all others would only cost time.
+            if residual.abs() < UNUSUAL * norm * usual {
+                continue;
+            }
+            let h = t[i + 1] - t[i];
+            // Acceleration that an error of one value causes.
+            let gain = [2.0 / (h * h), 1.0 / h, 1.0][order];
+            if residual.abs() < MATCHED_SIGMAS * sigmas[i]
+                || residual.abs() * gain < 0.4 * OUTLIER_LIMIT * self.acceleration.size
+            {
+                continue;
+            }
+            let Some(matched) = Matched::new(t, y, i) else { continue };
+            let sigma = sigmas[matched.range()].iter().fold(0.0_f64, |most, own| most.max(*own));
+            for kind in Kind::of(order) {
+                let Some(size) = matched.error(kind) else { continue };
+                let gain = if kind == Kind::Jump { 0.5 * gain } else { gain };
+                if size >= OUTLIER_SIGMAS * sigma {
+                    self.wrong.push((Peak { size: gain * size, time: t[i] }, kind));
+                }
+            }
+            if self.wrong.len() > 2 * MAX_OUTLIERS {
+                self.wrong.sort_by(|a, b| b.0.size.total_cmp(&a.0.size));
+                self.wrong.truncate(MAX_OUTLIERS);
             }
         }
     }
@@ -502,8 +571,15 @@ impl Quality {
             let rounding = 6.0 * ((sy[i].hypot(sy[i + 1])) / h).hypot(sv[i].hypot(sv[i + 1]));
             let rough = f64::EPSILON * (y[i].abs() + y[i + 1].abs()) / h;
             let integration = 3.0 * (two - four).abs();
-            let excess = two.abs().min(four.abs()) - integration - rounding - 4.0 * rough;
+            let allowed = rounding + 4.0 * rough;
+            let mut excess = two.abs().min(four.abs()) - integration - allowed;
             found.single.raise(excess, t[i]);
+            // At few samples per period, six points are much more accurate. At corners they are not,
+            // but corners are too rare to change the median.
+            if let Some((t, v)) = around(t, i).zip(around(v, i)) {
+                let six = slope - mean_of_quintic(t, v);
+                excess = excess.max(six.abs() - 3.0 * (four - six).abs() - allowed);
+            }
             // Where both columns are at rest, they cannot be compared.
             if slope == 0.0 && v[i] == 0.0 && v[i + 1] == 0.0 {
                 continue;
@@ -513,7 +589,8 @@ impl Quality {
         }
         if all.len() >= FEWEST_MOVING {
             step /= all.len() as f64;
-            let median = quantile(&mut all, 0.5);
+            let part = if all.len() >= ENOUGH_MOVING { 0.5 } else { 0.2 };
+            let median = quantile(&mut all, part);
             if median > 0.0 {
                 found.effect =
                     found.effect.max(if below == 0 { 3.0 * median / step } else { median });
@@ -544,6 +621,27 @@ fn mean_of_cubic(t: &[f64], v: &[f64]) -> f64 {
     // t2)(t - t0) is this value times t1 + h/2 - t0.
     let quadratic = -h * h / 6.0;
     v1 + 0.5 * d12 * h + d02 * quadratic + cubic * quadratic * (t1 + 0.5 * h - t0)
+}
+
+/// Returns the items from `i - 2` to `i + 3`; `None` near the ends of the list.
+fn around(list: &[f64], i: usize) -> Option<&[f64; 6]> {
+    list.get(i.checked_sub(2)?..)?.first_chunk()
+}
+
+/// Returns the mean value of the quintic through six points over the interval between the third and
+/// the fourth point.
+fn mean_of_quintic(t: &[f64; 6], v: &[f64; 6]) -> f64 {
+    let (middle, half) = (0.5 * (t[2] + t[3]), 0.5 * (t[3] - t[2]));
+    // Gauss quadrature with three nodes is exact for quintics.
+    let node = half * 0.6_f64.sqrt();
+    let at = |x: f64| {
+        let mut points = [(0.0, 0.0); 6];
+        for (point, (t, v)) in points.iter_mut().zip(t.iter().zip(v)) {
+            *point = (t - middle - x, *v);
+        }
+        at_zero(&points)
+    };
+    (5.0 * (at(-node) + at(node)) + 8.0 * at(0.0)) / 18.0
 }
 
 /// Returns the quantile of a list for the fraction `part`, from 0 to 1; 0 for an empty list. The

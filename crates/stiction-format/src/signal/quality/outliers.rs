@@ -37,22 +37,55 @@ pub(super) fn excess(times: &[f64], found: &[Option<(f64, f64)>], i: usize) -> O
     Some(least)
 }
 
-/// Returns the distance of acceleration `i`, near an end of the recording, from the nearest
-/// extrapolation. The extrapolations use accelerations between sample `i` and the middle of the
-/// recording. Returns `None` without enough neighbours.
-pub(super) fn excess_at_end(times: &[f64], found: &[Option<(f64, f64)>], i: usize) -> Option<f64> {
+/// Deviation of an acceleration near an end of a recording.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct AtEnd {
+    /// Distance from the nearest prediction.
+    pub(super) error: f64,
+    /// Magnitude of the next acceleration towards the middle of the recording.
+    pub(super) beside: f64,
+    /// True if the next acceleration towards the end has the opposite sign, as where a wrong sample
+    /// disturbs a coordinate at rest.
+    pub(super) alternates: bool,
+}
+
+/// Compares acceleration `i`, near an end of the recording, with predictions. Returns `None` without
+/// enough neighbours.
+///
+/// Predictions are extrapolations from accelerations towards the middle, and the interval between
+/// the first of them and the next acceleration towards the end. A motion that begins or ends here
+/// changes the acceleration gradually and lies between or near them. The accelerations that a wrong
+/// sample disturbs have alternating signs, and the first of them is outside.
+pub(super) fn excess_at_end(
+    times: &[f64],
+    found: &[Option<(f64, f64)>],
+    i: usize,
+) -> Option<AtEnd> {
     let own = (*found.get(i)?)?.0;
     let is_first = i < found.len() / 2;
-    let mut side = [(0.0, 0.0); NEIGHBOURS];
-    for (k, point) in side.iter_mut().enumerate() {
-        let at = if is_first { i + k + 2 } else { i.checked_sub(k + 2)? };
-        *point = (times.get(at)? - times[i], (*found.get(at)?)?.0);
+    let at = |distance: usize| {
+        let at = if is_first { i + distance } else { i.checked_sub(distance)? };
+        Some((times.get(at)? - times[i], (*found.get(at)?)?.0))
+    };
+    let mut inner = [(0.0, 0.0); NEIGHBOURS + 1];
+    for (k, point) in inner.iter_mut().enumerate() {
+        *point = at(k + 1)?;
     }
-    (1..=NEIGHBOURS).map(|order| (at_zero(&side[..order]) - own).abs()).reduce(f64::min)
+    let far = (1..=NEIGHBOURS).map(|order| at_zero(&inner[1..=order]));
+    let near = (1..NEIGHBOURS).map(|order| at_zero(&inner[..order]));
+    let mut least = far.chain(near).map(|side| (side - own).abs()).fold(f64::INFINITY, f64::min);
+    let outer = if is_first { i.checked_sub(1) } else { Some(i + 1) };
+    let outer = outer.and_then(|at| *found.get(at)?);
+    if let Some((outer, _)) = outer {
+        let (low, high) = (outer.min(inner[1].1), outer.max(inner[1].1));
+        least = least.min((low - own).max(own - high).max(0.0));
+    }
+    let alternates = outer.is_some_and(|(outer, _)| outer * own < 0.0);
+    Some(AtEnd { error: least, beside: inner[0].1.abs(), alternates })
 }
 
 /// Value at 0 of the polynomial through points, by Neville's scheme.
-fn at_zero(points: &[(f64, f64)]) -> f64 {
+pub(super) fn at_zero(points: &[(f64, f64)]) -> f64 {
     let mut values = [0.0; 2 * NEIGHBOURS];
     for (value, point) in values.iter_mut().zip(points) {
         *value = point.1;
