@@ -17,6 +17,9 @@ use stiction_run::exchange::npz_of_csv;
 
 /// Name of the file with the checkpoint from which an interrupted simulation resumes.
 pub(crate) const CHECKPOINT: &str = "checkpoint.json";
+/// Size of the buffer of each file in bytes. Tables have kilobytes per row; with larger buffers, the
+/// system is called less often.
+const BUFFER: usize = 1 << 16;
 
 /// Returns the table formats if this program was built with support for all of them, else a
 /// failure.
@@ -114,7 +117,7 @@ impl Outputs {
         }
         let file = File::create(&partial).map_err(|error| self.trouble(name, error))?;
         self.pending.push((partial, complete));
-        Ok(BufWriter::new(file))
+        Ok(BufWriter::with_capacity(BUFFER, file))
     }
 
     /// Creates the file `name` in the folder under a temporary name, and copies the first `bytes`

@@ -188,7 +188,7 @@ impl<'a> Acting<'a> {
         })
     }
 
-    /// Returns what is known about the stability of the controller at the start.
+    /// Returns the stability of the controller at the start.
     pub(super) fn tuning(&self) -> Tuning {
         self.controller.as_ref().map(|controller| controller.tuning).unwrap_or_default()
     }

@@ -30,6 +30,8 @@ pub struct Figures {
     pub open_drives: usize,
     /// True if the actuators determine the motion of the mechanism at the start of the simulation.
     pub invertible: bool,
+    /// Number of payloads that were picked up and placed.
+    pub payload_changes: usize,
 }
 
 impl RunCheckpoint {
@@ -44,6 +46,7 @@ impl RunCheckpoint {
                 "redundant": self.figures.redundant,
                 "open_drives": self.figures.open_drives,
                 "invertible": self.figures.invertible,
+                "payload_changes": self.figures.payload_changes,
             },
             "events": self.events.iter().map(event_json).collect::<Vec<_>>(),
         })
@@ -59,6 +62,8 @@ impl RunCheckpoint {
                 redundant: usize::try_from(value["figures"]["redundant"].as_u64()?).ok()?,
                 open_drives: usize::try_from(value["figures"]["open_drives"].as_u64()?).ok()?,
                 invertible: value["figures"]["invertible"].as_bool()?,
+                payload_changes: usize::try_from(value["figures"]["payload_changes"].as_u64()?)
+                    .ok()?,
             },
             events: value["events"].as_array()?.iter().map(event).collect::<Option<_>>()?,
         })

@@ -62,7 +62,7 @@ pub(super) struct Controller<'a> {
     motors: Motors,
     /// Positions of all actuators at the previous sample, m or rad; `None` before the first sample.
     before: Option<Vec<f64>>,
-    /// What is known about the stability of the loop at the start.
+    /// Stability of the loop at the start.
     pub(super) tuning: Tuning,
 }
 
@@ -94,7 +94,12 @@ impl<'a> Controller<'a> {
         let wants_gains =
             |c: &stiction_format::Channel| c.proportional.is_none() || c.derivative.is_none();
         let pd = control.control != ControlType::ComputedTorque;
-        let needs_model = !pd || control.channels.iter().any(wants_gains);
+        // Prescribed actuators are not moved by the controller.
+        let count = control.channels.len();
+        let taken = prescribed(job);
+        let mut free: Vec<usize> = (0..count).filter(|k| !taken.contains(k)).collect();
+        let uses_defaults = free.iter().any(|k| wants_gains(&control.channels[*k]));
+        let needs_model = !pd || uses_defaults;
         // With given gains, the model is only needed to examine their stability, and may fail.
         let optional = |error: Error| if needs_model { Err(error) } else { Ok(()) };
         let model = by_actuators(job.known_model(), forward, (state, bodies));
@@ -108,7 +113,6 @@ impl<'a> Controller<'a> {
             before: None,
             tuning: Tuning::default(),
         };
-        let count = control.channels.len();
         let masses = match (pd, &controller.model) {
             // Computed torque makes each actuator a unit mass.
             (false, _) => Some(DMatrix::identity(count, count)),
@@ -119,16 +123,16 @@ impl<'a> Controller<'a> {
             }
         };
         controller.model.take_if(|_| !needs_model);
-        // Prescribed actuators are not moved by the controller.
-        let taken = prescribed(job);
-        let free: Vec<usize> = (0..count).filter(|actuator| !taken.contains(actuator)).collect();
+        if let Some(masses) = &masses {
+            free.retain(|k| masses[(*k, *k)] > 0.0);
+        }
         let coupled = masses.as_ref().map(|all| all.select_rows(&free).select_columns(&free));
         let zeta = control.damping;
         let omega = control.bandwidth.unwrap_or_else(|| {
             let largest = coupled
                 .as_ref()
                 .map_or(f64::INFINITY, |coupled| largest_bandwidth(coupled, zeta, control.period));
-            if largest < Control::USUAL_BANDWIDTH && control.channels.iter().any(wants_gains) {
+            if largest < Control::USUAL_BANDWIDTH && uses_defaults {
                 controller.tuning.lowered = Some(largest);
             }
             largest.min(Control::USUAL_BANDWIDTH)
@@ -164,6 +168,7 @@ impl<'a> Controller<'a> {
                 masses,
                 proportional: of(|gains| gains.proportional),
                 derivative: of(|gains| gains.derivative),
+                integral: of(|gains| gains.integral),
                 period: control.period,
                 differences: control.differences,
             };

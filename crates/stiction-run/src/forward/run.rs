@@ -52,16 +52,24 @@ impl Job<'_> {
             .iter()
             .map(|job| Forward::new(job.model.mechanism.clone(), &prescribed(job)))
             .collect();
-        let resumed_at = checkpoint.map(|point| instants.at(point.samples.saturating_sub(1)));
-        let mut changed =
-            changes.iter().filter(|change| resumed_at.is_some_and(|t| change.is_due(t))).count();
+        let mut changed = checkpoint.map_or(0, |point| point.figures.payload_changes);
+        if changed > changes.len() {
+            return Err(Error::Checkpoint);
+        }
         let (mut job, mut forward) = (&jobs[changed], &forwards[changed]);
         let (state, assembly_notes) = start::state(&jobs[0], &forwards[0])?;
         let start = state.clone();
         let next_change = |changed: usize| changes.get(changed).map_or(f64::INFINITY, |c| c.time);
         let mut acting = Acting::new(job, forward, &start, stopped)?;
         acting.payload_change = next_change(changed);
-        let tuning = acting.tuning();
+        // The stability of the controller does not depend on where the simulation resumes.
+        let mut tuning = acting.tuning();
+        for (job, forward) in jobs.iter().zip(&forwards).filter(|_| !changes.is_empty()) {
+            // If the controller cannot be prepared, the simulation fails at the change.
+            if let Ok(acting) = Acting::new(job, forward, &start, stopped) {
+                tuning = tuning.worst(acting.tuning());
+            }
+        }
         self.check(self.from)?;
         let started = match checkpoint {
             None => forward.start(self.from, state, self.settings, &mut acting),
@@ -210,6 +218,7 @@ impl Job<'_> {
             };
             figures.redundant = figures.redundant.max(now.redundant);
             figures.open_drives = figures.open_drives.max(now.open_drives);
+            figures.payload_changes = changed;
             done += 1;
             last = time;
             let bare = || RunCheckpoint {

@@ -28,7 +28,8 @@ pub(crate) const CONTROL: &[Field] = &[
     field(
         "bandwidth",
         Quantity(Frequency),
-        "Natural frequency of the closed loop without friction; by default 10 Hz.",
+        "Natural frequency of the closed loop without friction; by default 10 Hz, or less if the \
+         period requires it.",
     ),
     field("damping", Quantity(Number), "Damping ratio of the closed loop; by default 1."),
     field(

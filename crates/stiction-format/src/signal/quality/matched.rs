@@ -1,8 +1,8 @@
 //! Detects wrong values in smooth stretches of a signal: single values, jumps, and exchanged values.
 //!
-//! A polynomial is fitted to the samples around a suspicious one. If all that it leaves looks like
-//! the polynomial's residuals of one wrong value, this value is wrong. A corner of the signal, such
-//! as a step of the acceleration, leaves residuals of another shape. Unlike predictions from a few
+//! A polynomial is fitted to the samples around a suspicious one. If the residuals have the shape
+//! that one wrong value causes, this value is wrong. A corner of the signal, such as a step of the
+//! acceleration, causes residuals of another shape. Unlike predictions from a few
 //! neighbours, the polynomial is accurate at ten samples per period.
 
 use std::array::from_fn;
@@ -38,9 +38,9 @@ impl Kind {
         all.into_iter().take(if order == 0 { all.len() } else { 1 })
     }
 
-    /// Fraction of the squares of the residuals that errors of this kind must explain. In clean
-    /// motions with steps of the acceleration or the jerk, single values explain up to 0.87,
-    /// jumps 0.94 and exchanges 0.79.
+    /// Fraction of the squares of the residuals that errors of this kind must explain. At one step
+    /// of the acceleration or the jerk of a clean motion, single values explain up to 0.87, jumps
+    /// 0.94 and exchanges 0.79. Two steps within four samples may explain more.
     fn explained(self) -> f64 {
         if self == Self::Jump { 0.97 } else { 0.93 }
     }
