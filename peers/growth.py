@@ -2,8 +2,8 @@
 
 Each time is the difference of two runs of a command, divided by the difference of their numbers of samples or
 evaluations; `check` and `breakaway` are whole commands. The exponents are those between the two largest mechanisms of
-each family that a command manages within `LIMIT`; the greatest exponent of all families is the result. A whole command
-that exceeds the limit counts with the limit, so that its exponent is a lower bound.
+each family that a command manages within `LIMIT`; the greatest exponent of all families is the result. A command that
+exceeds the limit counts with the limit, divided by the greatest number of samples if it is for samples, set-up included.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from commands import TooSlow, cpu_time
 from commands import pin as keep_on_one_core
 from families import FAMILIES, Family
 
-ROUNDS = 3
+ROUNDS = 2
 #: processor time of a command, s, above which it and larger mechanisms are left out, and above which it runs only once
 LIMIT, LONG = 20, 2.0
 #: difference of two runs, s, that suffices
@@ -148,14 +148,19 @@ class Quantity:
     title: str
     measure: Callable[[Model], float]
     key: str | None = None
-    #: least time of a command that exceeds the limit; `None` if it is unknown
+    #: least time if a command exceeds the limit; `None` if it is unknown
     bound: Callable[[Model], float] | None = None
 
 
+def at_least(_model: Model) -> float:
+    """Least mean time of a sample, s, of a command that exceeds the limit."""
+    return LIMIT / SAMPLES[-1]
+
+
 QUANTITIES = (
-    Quantity("`inverse`, no friction", lambda model: model.sample("swing", "off"), "growth_inverse"),
-    Quantity("with friction", lambda model: model.sample("swing", "on"), "growth_inverse_with_bound"),
-    Quantity("at rest, a drive", Model.rest, "growth_rest_per_drive"),
+    Quantity("`inverse`, no friction", lambda model: model.sample("swing", "off"), "growth_inverse", at_least),
+    Quantity("with friction", lambda model: model.sample("swing", "on"), "growth_inverse_with_bound", at_least),
+    Quantity("at rest, a drive", Model.rest, "growth_rest_per_drive", lambda model: at_least(model) / model.drives()),
     Quantity("`check`", Model.check, "growth_check", lambda model: LIMIT),
     Quantity("`breakaway`, a drive", Model.breakaway, "growth_breakaway_per_drive", lambda model: LIMIT / model.drives()),
     Quantity("`forward`, an evaluation", Model.evaluation, "growth_rhs"),
@@ -191,8 +196,6 @@ def measure(rows: list[Row], quantity: Quantity) -> None:
             taken = quantity.measure(row.model)
         except TooSlow:
             row.slow.add(title)
-            if quantity.bound is not None:
-                row.times[title] = quantity.bound(row.model)
             break
         if not isnan(taken):
             row.times[title] = taken
@@ -205,11 +208,17 @@ def measure(rows: list[Row], quantity: Quantity) -> None:
 
 def exponent(rows: list[Row], quantity: Quantity) -> float:
     """Exponent of the time between the two largest mechanisms; not a number if fewer were measured."""
-    measured = [row for row in rows if quantity.title in row.times][-2:]
-    if len(measured) < 2:
-        return nan
-    times = [max(row.times[quantity.title], 1e-9) for row in measured]
-    return log(times[1] / times[0]) / log(measured[1].model.bodies() / measured[0].model.bodies())
+
+    def between(small: Row, large: Row, time: float) -> float:
+        bodies = large.model.bodies() / small.model.bodies()
+        return log(max(time, 1e-9) / max(small.times[title], 1e-9)) / log(bodies)
+
+    title = quantity.title
+    measured = [row for row in rows if title in row.times]
+    exponents = [between(*measured[-2:], measured[-1].times[title])] if len(measured) > 1 else []
+    if measured and quantity.bound is not None:
+        exponents += [between(measured[-1], row, quantity.bound(row.model)) for row in rows if title in row.slow]
+    return max(exponents, default=nan)
 
 
 def main() -> None:
