@@ -172,6 +172,9 @@ fn compare(options: &Options, tools: &Tools<'_>, data: &mut Value) -> Result<(),
     for (key, value) in own.as_object().into_iter().flatten().filter(|(key, _)| *key != "ratios") {
         data[key] = value.clone();
     }
+    // All other ratios at the top are those of the first model.
+    let gough = data["models"]["gough"]["ratios"]["forward_vs_pinocchio"].clone();
+    data["ratios"]["forward_gough_vs_pinocchio"] = gough;
     Ok(())
 }
 
