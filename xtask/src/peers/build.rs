@@ -128,6 +128,7 @@ impl<'a> Tools<'a> {
         flags.push(library.display().to_string());
         flags.push(format!("-Wl,-rpath,{}", mujoco.display()));
         self.build("mujoco", &flags)?;
+        self.build("mujoco_simulation", &flags)?;
         let mut flags = [eigen, system(&headers)].concat();
         flags.extend(PINOCCHIO.map(String::from));
         self.build("pinocchio", &flags)
@@ -176,7 +177,7 @@ impl<'a> Tools<'a> {
         let question = "\
 import json, platform
 from importlib.metadata import version
-names = ['mujoco', 'pin', 'drake', 'cmeel-eigen', 'cmeel-boost', 'numpy']
+names = ['mujoco', 'pin', 'drake', 'exudyn', 'cmeel-eigen', 'cmeel-boost', 'numpy']
 print(json.dumps({'python': platform.python_version(), **{name: version(name) for name in names}}))";
         let text = output(Command::new(&self.python).args(["-c", question]))?;
         let mut versions: Value =

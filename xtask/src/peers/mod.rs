@@ -3,7 +3,7 @@
 //! First measures the commands that users type and our recorded program; this part needs no other
 //! engine. Then builds a harness for each engine, compares its forces with ours, and runs batches
 //! of a millisecond of all engines in rotation, so that a slow period of the machine affects all of
-//! them.
+//! them. At last runs whole simulations, and measures the growth with the size of a mechanism.
 
 mod build;
 mod machine;
@@ -12,12 +12,12 @@ mod process;
 mod product;
 mod report;
 mod rounds;
+mod scripts;
 
 use build::{Programs, Tools};
 use process::Process;
-use product::Product;
 use report::ModelResult;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
@@ -34,7 +34,28 @@ struct Options {
     rounds: usize,
     /// True to write the tables of the book.
     write: bool,
+    groups: Vec<Group>,
 }
+
+/// Part of the comparison that can be selected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Group {
+    /// Our commands beside our recorded program.
+    Commands,
+    /// One state, beside all engines.
+    States,
+    /// Whole simulations, beside MuJoCo and Exudyn.
+    Simulations,
+    /// Growth with the size of a mechanism.
+    Growth,
+}
+
+const GROUPS: [(&str, Group); 4] = [
+    ("commands", Group::Commands),
+    ("states", Group::States),
+    ("simulations", Group::Simulations),
+    ("growth", Group::Growth),
+];
 
 /// Compared models; the reported ratios are those of the first.
 const MODELS: [&str; 2] = ["3rps", "gough"];
@@ -56,7 +77,8 @@ pub(crate) fn peers(arguments: impl Iterator<Item = String>) -> ExitCode {
 }
 
 fn options(mut arguments: impl Iterator<Item = String>) -> Result<Options, String> {
-    let mut options = Options { json: None, rounds: 300, write: false };
+    let groups = GROUPS.map(|(_, group)| group).to_vec();
+    let mut options = Options { json: None, rounds: 300, write: false, groups };
     while let Some(option) = arguments.next() {
         if option == "--write" {
             options.write = true;
@@ -65,6 +87,7 @@ fn options(mut arguments: impl Iterator<Item = String>) -> Result<Options, Strin
         let value = arguments.next().ok_or_else(|| format!("{option} needs a value"))?;
         match option.as_str() {
             "--json" => options.json = Some(value.into()),
+            "--only" => options.groups = value.split(',').map(group).collect::<Result<_, _>>()?,
             "--samples" => match value.parse() {
                 Ok(rounds) if rounds > 0 => options.rounds = rounds,
                 _ => return Err(format!("--samples needs a positive integer, not `{value}`")),
@@ -75,29 +98,61 @@ fn options(mut arguments: impl Iterator<Item = String>) -> Result<Options, Strin
     Ok(options)
 }
 
+fn group(name: &str) -> Result<Group, String> {
+    let found = GROUPS.iter().find(|(known, _)| *known == name);
+    found.map(|(_, group)| *group).ok_or_else(|| {
+        let names = GROUPS.map(|(known, _)| known).join(", ");
+        format!("--only needs some of {names}, separated by commas, not `{name}`")
+    })
+}
+
 fn run(options: &Options) -> Result<(), Trouble> {
+    let has = |group| options.groups.contains(&group);
     let programs = Programs::build()?;
-    let products = product::measure(&programs)?;
+    let mut data = json!({ "ratios": {}, "machine": machine::machine(&programs) });
+    if has(Group::Commands) {
+        let products = product::measure(&programs)?;
+        print!("{}", product::text(&products));
+        data["commands"] = product::json(&products);
+        add_ratios(&mut data, product::ratios(&products));
+    }
+    if options.groups == [Group::Commands] {
+        return save(options, &data);
+    }
     let tools = match Tools::find(&programs) {
         Ok(tools) => tools,
         Err(trouble) => {
             // Our own commands need no other engine.
-            print!("{}", product::text(&products));
-            let machine = machine::machine(&programs);
-            let data = json!({
-                "ratios": product::ratios(&products),
-                "commands": product::json(&products),
-                "machine": machine,
-            });
             save(options, &data)?;
             return Err(trouble);
         }
     };
-    compare(options, &tools, &products)
+    if has(Group::States) {
+        compare(options, &tools, &mut data)?;
+    }
+    for (name, wanted, measure) in [
+        ("simulations", Group::Simulations, scripts::simulations as fn(&Tools<'_>) -> _),
+        ("growth", Group::Growth, scripts::growth),
+    ] {
+        if has(wanted) {
+            let results: Value = measure(&tools)?;
+            print!("{}", scripts::text(&results));
+            add_ratios(&mut data, results["ratios"].as_object().cloned().unwrap_or_default());
+            data[name] = results;
+        }
+    }
+    save(options, &data)?;
+    if options.write { page::write(&tools, &data).map_err(Trouble::Failed) } else { Ok(()) }
 }
 
-/// Compares with the other engines.
-fn compare(options: &Options, tools: &Tools<'_>, products: &[Product]) -> Result<(), Trouble> {
+fn add_ratios(data: &mut Value, ratios: Map<String, Value>) {
+    if let Some(known) = data["ratios"].as_object_mut() {
+        known.extend(ratios);
+    }
+}
+
+/// Compares the forces at one state with the other engines.
+fn compare(options: &Options, tools: &Tools<'_>, data: &mut Value) -> Result<(), Trouble> {
     let states = tools.states(&MODELS)?;
     let mut results = Vec::new();
     for model in MODELS {
@@ -108,19 +163,18 @@ fn compare(options: &Options, tools: &Tools<'_>, products: &[Product]) -> Result
         results.push(ModelResult { model, timings });
     }
     let python = python_level(tools, &states)?;
-    let (machine, versions) = (machine::machine(tools.programs), tools.versions()?);
-    let text = report::text(&results, &python, &machine, &versions);
-    print!("{text}{}", product::text(products));
-    let mut data = report::json(&results, &python, machine, versions, options.rounds);
-    if let Some(ratios) = data["ratios"].as_object_mut() {
-        ratios.extend(product::ratios(products));
-        ratios.extend(report::python_ratios(&python, &results));
+    let versions = tools.versions()?;
+    print!("{}", report::text(&results, &python, &data["machine"], &versions));
+    let mut own = report::json(&results, &python, versions, options.rounds);
+    let ratios = own["ratios"].take().as_object().cloned().unwrap_or_default();
+    add_ratios(data, ratios);
+    add_ratios(data, report::python_ratios(&python, &results));
+    for (key, value) in own.as_object().into_iter().flatten().filter(|(key, _)| *key != "ratios") {
+        data[key] = value.clone();
     }
-    data["commands"] = product::json(products);
-    save(options, &data)?;
-    if options.write {
-        page::write(tools, &data).map_err(Trouble::Failed)?;
-    }
+    // All other ratios at the top are those of the first model.
+    let gough = data["models"]["gough"]["ratios"]["forward_vs_pinocchio"].clone();
+    data["ratios"]["forward_gough_vs_pinocchio"] = gough;
     Ok(())
 }
 
@@ -188,7 +242,7 @@ fn python_level(tools: &Tools<'_>, states: &Path) -> Result<Value, Trouble> {
 
 #[cfg(test)]
 mod tests {
-    use super::options;
+    use super::{Group, options};
 
     fn read(words: &str) -> Result<super::Options, String> {
         options(words.split_whitespace().map(String::from))
@@ -196,12 +250,15 @@ mod tests {
 
     #[test]
     fn options_are_read_or_refused() {
-        let Ok(options) = read("--json a.json --samples 7 --write") else {
+        let Ok(options) = read("--json a.json --samples 7 --write --only growth,commands") else {
             panic!("the options are valid");
         };
         assert_eq!((options.rounds, options.write), (7, true));
+        assert_eq!(options.groups, [Group::Growth, Group::Commands]);
         assert_eq!(options.json, Some("a.json".into()));
-        for wrong in ["--samples", "--samples 0", "--samples x", "--quick 1", "3rps"] {
+        for wrong in
+            ["--samples", "--only speed", "--samples 0", "--samples x", "--quick 1", "3rps"]
+        {
             assert!(read(wrong).is_err(), "{wrong}");
         }
     }

@@ -1,27 +1,55 @@
-//! Generated tables of the book, written between two markers in a page.
+//! Generated tables of the book, written between markers in its pages.
 
 use super::build::Tools;
+use super::scripts;
 use serde_json::Value;
 use std::fmt::Write;
 use std::fs;
 
-const BEGIN: &str = "<!-- cargo xtask peers -->";
-const END: &str = "<!-- end of cargo xtask peers -->";
-
-/// Replaces the text between the markers by a table.
-pub(crate) fn write(tools: &Tools<'_>, data: &Value) -> Result<(), String> {
-    let path = tools.sources.join("../docs/src/speed.md");
-    let fault = |error: std::io::Error| format!("{}: {error}", path.display());
-    let page = fs::read_to_string(&path).map_err(fault)?;
-    let page =
-        replaced(&page, &tables(data)).ok_or("docs/src/speed.md lacks the marks for the tables")?;
-    fs::write(&path, page).map_err(fault)
+/// Generated part of a page.
+struct Part {
+    page: &'static str,
+    /// Key of the results from which it is generated.
+    key: &'static str,
+    begin: &'static str,
+    tables: fn(&Value) -> String,
 }
 
-fn replaced(page: &str, tables: &str) -> Option<String> {
-    let (before, rest) = page.split_once(BEGIN)?;
+const END: &str = "<!-- end of cargo xtask peers -->";
+
+const PARTS: [Part; 3] = [
+    Part { page: "speed.md", key: "models", begin: "<!-- cargo xtask peers -->", tables },
+    Part {
+        page: "speed.md",
+        key: "simulations",
+        begin: "<!-- cargo xtask peers: simulations -->",
+        tables: |data| scripts::tables(&data["simulations"]),
+    },
+    Part {
+        page: "growth.md",
+        key: "growth",
+        begin: "<!-- cargo xtask peers: growth -->",
+        tables: |data| scripts::tables(&data["growth"]),
+    },
+];
+
+/// Replaces the text between the markers of all parts that were measured.
+pub(crate) fn write(tools: &Tools<'_>, data: &Value) -> Result<(), String> {
+    for part in PARTS.iter().filter(|part| !data[part.key].is_null()) {
+        let path = tools.sources.join("../docs/src").join(part.page);
+        let fault = |error: std::io::Error| format!("{}: {error}", path.display());
+        let page = fs::read_to_string(&path).map_err(fault)?;
+        let page = replaced(&page, part.begin, (part.tables)(data).trim_end())
+            .ok_or_else(|| format!("docs/src/{} lacks {} or its end", part.page, part.begin))?;
+        fs::write(&path, page).map_err(fault)?;
+    }
+    Ok(())
+}
+
+fn replaced(page: &str, begin: &str, tables: &str) -> Option<String> {
+    let (before, rest) = page.split_once(begin)?;
     let (_, after) = rest.split_once(END)?;
-    Some(format!("{before}{BEGIN}\n\n{tables}\n{END}{after}"))
+    Some(format!("{before}{begin}\n\n{tables}\n\n{END}{after}"))
 }
 
 /// Time in microseconds with three digits.
@@ -92,12 +120,13 @@ fn tables(data: &Value) -> String {
     );
     let _ = write!(
         text,
-        "- Versions: stiction {}, MuJoCo {}, Pinocchio {}, Drake {}, Eigen {}, Boost {}, Python {}, numpy {}.\n\
+        "- Versions: stiction {}, MuJoCo {}, Pinocchio {}, Drake {}, Exudyn {}, Eigen {}, Boost {}, Python {}, numpy {}.\n\
          - Compilers: {}, `{}`; {}, release profile{}.\n",
         word(&versions["stiction"]),
         word(&versions["mujoco"]),
         word(&versions["pin"]),
         word(&versions["drake"]),
+        word(&versions["exudyn"]),
         word(&versions["cmeel-eigen"]),
         word(&versions["cmeel-boost"]),
         word(&versions["python"]),
@@ -115,13 +144,15 @@ fn tables(data: &Value) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{BEGIN, END, microseconds, replaced};
+    use super::{END, PARTS, microseconds, replaced};
 
     #[test]
     fn replaces_the_text_between_the_marks() {
-        let page = format!("a\n{BEGIN}\nold\n{END}\nb\n");
-        assert_eq!(replaced(&page, "new"), Some(format!("a\n{BEGIN}\n\nnew\n{END}\nb\n")));
-        assert_eq!(replaced("a page without marks", "new"), None);
+        let [first, second, _] = PARTS.map(|part| part.begin);
+        let page = |text| format!("{first}\n{END}\n{second}{text}{END}\nb\n");
+        let new = page("\n\nnew\n\n");
+        assert_eq!(replaced(&page("\nold\n"), second, "new"), Some(new));
+        assert_eq!(replaced("a page without marks", first, "new"), None);
     }
 
     #[test]

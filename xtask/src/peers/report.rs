@@ -98,7 +98,6 @@ pub(crate) fn text(
 pub(crate) fn json(
     results: &[ModelResult],
     python: &Value,
-    machine: Value,
     versions: Value,
     rounds: usize,
 ) -> Value {
@@ -125,7 +124,6 @@ pub(crate) fn json(
         "batches": rounds,
         "models": results.iter().map(model).collect::<Map<_, _>>(),
         "python": python,
-        "machine": machine,
         "versions": versions,
     })
 }
