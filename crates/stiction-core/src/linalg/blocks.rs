@@ -147,6 +147,13 @@ impl BlockCholesky {
         }
     }
 
+    /// Returns the smallest diagonal entry in use: an upper bound of the smallest eigenvalue.
+    pub(crate) fn least_diagonal(&self) -> f64 {
+        let used = self.diagonal.iter().zip(&self.sizes);
+        let entries = used.flat_map(|(block, size)| (0..*size).map(move |i| block[i][i]));
+        entries.fold(f64::INFINITY, f64::min)
+    }
+
     /// Saves a copy of the matrix, which [`Self::restore`] copies back after a decomposition.
     pub(crate) fn keep(&mut self) {
         self.kept_diagonal.clone_from(&self.diagonal);

@@ -54,6 +54,12 @@ impl Shift {
     /// No shift: inverse iteration with the matrix itself.
     pub(super) const NONE: Self = Self { by: 0.0, accuracy: ACCURACY };
 
+    /// Returns the shift `below` for a smallest eigenvalue between `below` and `above`.
+    pub(super) fn between(below: f64, above: f64) -> Self {
+        let margin = ((above - below) / above).clamp(NEAREST, FARTHEST);
+        Self { by: below, accuracy: ACCURACY / margin }
+    }
+
     /// Returns `true` if the relative error of an eigenvalue found with this shift is at most
     /// [`CERTAIN`]. The error may be larger if the eigenvalue is farther from the shift than
     /// predicted, for example when the motion continues after a pause.

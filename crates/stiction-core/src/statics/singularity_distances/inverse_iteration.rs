@@ -9,6 +9,10 @@ const PASSES: usize = 10;
 /// Refinement ends when the norm of the correction is at most this fraction of the norm of the
 /// solution. The value is of the order of round-off.
 const REFINED: f64 = 1e-14;
+/// Relative distance of the shift from the smallest eigenvalue at which the bisection ends, and the
+/// largest number of bisections.
+const CLOSE: f64 = 1e-4;
+const BISECTIONS: usize = 30;
 /// Relative residual at which the iteration with refined solutions has converged.
 const REFINED_ACCURACY: f64 = 1e-12;
 
@@ -34,6 +38,30 @@ pub(super) fn weakest<'a>(
     let refined = |vector: &mut [Part]| settled &= solve_refined(matrix, vector, &product);
     let found = lanczos.greatest(start, REFINED_ACCURACY, refined);
     found.filter(|_| settled)
+}
+
+/// Returns a shift slightly below the smallest eigenvalue of a matrix, found by bisection: the
+/// Cholesky decomposition of the shifted matrix exists if the shift is below all eigenvalues.
+/// Returns `None` if the matrix is not positive definite. The matrix is overwritten.
+///
+/// If many eigenvalues are close to the smallest one, as with many similar legs, iterations without
+/// a shift converge too slowly.
+pub(super) fn shift_below(matrix: &mut BlockCholesky) -> Option<Shift> {
+    matrix.keep();
+    let (mut below, mut above) = (0.0, matrix.least_diagonal());
+    for _ in 0..BISECTIONS {
+        if above - below <= CLOSE * above {
+            break;
+        }
+        let middle = 0.5 * (below + above);
+        matrix.restore();
+        matrix.shift(middle);
+        match matrix.factor() {
+            true => below = middle,
+            false => above = middle,
+        }
+    }
+    (below > 0.0).then(|| Shift::between(below, above))
 }
 
 /// Solves a linear system in place by iterative refinement with an approximate decomposition;

@@ -23,7 +23,7 @@ use crate::linalg::{BLOCK, BlockCholesky, Lanczos, Part, Slot, Twofold, add_oute
 use crate::mechanism::Mechanism;
 use crate::parameters::Parameters;
 use crate::spatial::Wrench;
-use inverse_iteration::{length_squared, weakest};
+use inverse_iteration::{length_squared, shift_below, weakest};
 use travel::{Changes, Kinds, Places};
 
 /// Singular values below this fraction of the largest entry are refined with the balance matrix
@@ -261,7 +261,11 @@ impl SingularityDistances {
     fn smallest_between_bodies(&mut self) -> Option<f64> {
         let near = self.actuation.shift();
         let found = near.and_then(|shift| self.smallest_between_bodies_at(Some(shift)));
-        found.or_else(|| self.smallest_between_bodies_at(Some(Shift::NONE)))
+        found.or_else(|| self.smallest_between_bodies_at(Some(Shift::NONE))).or_else(|| {
+            self.multiply_between_bodies();
+            let shift = shift_below(&mut self.by_bodies)?;
+            self.smallest_between_bodies_at(Some(shift))
+        })
     }
 
     /// Computes the constraint index from the constraints alone; `None` if inverse iteration fails.
@@ -271,7 +275,11 @@ impl SingularityDistances {
         }
         let near = self.constraint.shift();
         let found = near.and_then(|shift| self.smallest_between_joints_at(Some(shift)));
-        found.or_else(|| self.smallest_between_joints_at(Some(Shift::NONE)))
+        found.or_else(|| self.smallest_between_joints_at(Some(Shift::NONE))).or_else(|| {
+            self.multiply_between_joints();
+            let shift = shift_below(&mut self.by_joints)?;
+            self.smallest_between_joints_at(Some(shift))
+        })
     }
 
     /// Returns the largest magnitude of an entry of the scaled balance matrix at the configuration

@@ -96,3 +96,35 @@ fn small_values_are_found_by_refined_solutions() {
     }
     assert!(refined >= 3, "{refined}");
 }
+
+/// The constraint matrix of many similar pendulums has many eigenvalues close to the smallest one.
+/// Iterations without a shift do not separate them; with a shift from a bisection, the smallest one
+/// is found without a dense decomposition.
+#[test]
+fn the_smallest_of_many_close_values_is_found() {
+    const COUNT: usize = 400;
+    let mut builder = MechanismBuilder::new("pendulums");
+    for k in 0..COUNT {
+        // The arms lie closest together near the ends of their range.
+        let arm = 1.1 + 0.9 * (std::f64::consts::PI * k as f64 / (COUNT - 1) as f64).cos();
+        let name = format!("b{k}");
+        let body = BodySpec::new(&name).mass(1.0).com(Vec3::new(arm, 0.0, 0.0));
+        let joint = JointSpec::new(format!("j{k}"), JointType::Revolute, "ground", &name);
+        builder = builder.body(body).joint(joint.actuated());
+    }
+    let coordinates: Vec<_> =
+        (0..COUNT).map(|k| Coordinate::Joint { joint: JointId(k), dof: 0 }).collect();
+    let still = Target { value: 0.0, rate: 0.0, acceleration: 0.0 };
+    let targets = vec![still; COUNT];
+    let mechanism = builder.build().unwrap();
+    let solver =
+        InverseDynamics::new(mechanism, &[], &coordinates, &targets, Settings::default()).unwrap();
+    let (parameters, bodies) = (solver.parameters(), solver.bodies());
+    let mut proximity = SingularityDistances::new(solver.mechanism()).unwrap();
+    proximity.place(parameters, bodies);
+    assert!(proximity.smallest_between_joints_at(Some(Shift::NONE)).is_none());
+    let found = proximity.smallest_between_joints().unwrap();
+    let index = SingularityIndex::Constraint;
+    assert!(proximity.exceeds(index, found * (1.0 - 1e-8), (parameters, bodies)), "{found}");
+    assert!(!proximity.exceeds(index, found * (1.0 + 1e-8), (parameters, bodies)), "{found}");
+}
