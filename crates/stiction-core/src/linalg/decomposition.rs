@@ -14,7 +14,7 @@ use std::sync::OnceLock;
 /// Number of columns from which sparse factors replace dense decompositions. Sparse factors are
 /// faster from about 60 columns, but solutions by seminormal equations are less accurate for nearly
 /// singular matrices.
-pub(crate) const LARGE: usize = 260;
+pub(crate) const LARGE: usize = 120;
 /// Safety factor for rank decisions by sparse factors. The smallest non-zero singular value must
 /// exceed the limit below which values count as zero by this factor, and the limit must exceed the
 /// remainders of dependent columns by this factor.
