@@ -54,10 +54,12 @@ impl Shift {
     /// No shift: inverse iteration with the matrix itself.
     pub(super) const NONE: Self = Self { by: 0.0, accuracy: ACCURACY };
 
-    /// Returns the shift `below` for a smallest eigenvalue between `below` and `above`.
-    pub(super) fn between(below: f64, above: f64) -> Self {
-        let margin = ((above - below) / above).clamp(NEAREST, FARTHEST);
-        Self { by: below, accuracy: ACCURACY / margin }
+    /// Returns a shift below an approximate smallest eigenvalue whose relative error is at most
+    /// `error`, or `None` if the shift would not be positive.
+    pub(super) fn below(eigenvalue: f64, error: f64) -> Option<Self> {
+        let margin = error.clamp(NEAREST, FARTHEST);
+        let by = eigenvalue * (1.0 - margin);
+        (by > 0.0).then_some(Self { by, accuracy: ACCURACY / margin })
     }
 
     /// Returns `true` if the relative error of an eigenvalue found with this shift is at most
@@ -74,9 +76,7 @@ impl Prediction {
     /// is below the shift.
     pub(super) fn shift(&self) -> Option<Shift> {
         let missed = self.missed.map_or(UNCHECKED, |missed| SAFETY * missed);
-        let margin = missed.clamp(NEAREST, FARTHEST);
-        let by = self.expected()? * (1.0 - margin);
-        (by > 0.0).then_some(Shift { by, accuracy: ACCURACY / margin })
+        Shift::below(self.expected()?, missed)
     }
 
     fn expected(&self) -> Option<f64> {

@@ -1,6 +1,7 @@
 //! Checkpoints of a simulation, and their conversion to and from JSON.
 
 use super::job::{Feed, Job};
+use super::sampled_loop::Tuning;
 use serde_json::{Value, json};
 use stiction_core::forward::{Competitor, Event, EventKind, Method, RateJump};
 use stiction_core::mechanism::{BodyId, JointId, Mechanism};
@@ -22,7 +23,7 @@ pub struct RunCheckpoint {
 }
 
 /// Results accumulated over the samples of a simulation; see [`super::Outcome`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Figures {
     /// Largest number of redundant constraints at any sample.
     pub redundant: usize,
@@ -32,6 +33,8 @@ pub struct Figures {
     pub invertible: bool,
     /// Number of payloads that were picked up and placed.
     pub payload_changes: usize,
+    /// Stability of the controller with the payloads carried so far, the worst of all.
+    pub tuning: Tuning,
 }
 
 impl RunCheckpoint {
@@ -47,6 +50,8 @@ impl RunCheckpoint {
                 "open_drives": self.figures.open_drives,
                 "invertible": self.figures.invertible,
                 "payload_changes": self.figures.payload_changes,
+                "lowered_bandwidth": self.figures.tuning.lowered.map(|x| text(&[x])),
+                "growth_per_period": self.figures.tuning.growth.map(|x| text(&[x])),
             },
             "events": self.events.iter().map(event_json).collect::<Vec<_>>(),
         })
@@ -64,6 +69,10 @@ impl RunCheckpoint {
                 invertible: value["figures"]["invertible"].as_bool()?,
                 payload_changes: usize::try_from(value["figures"]["payload_changes"].as_u64()?)
                     .ok()?,
+                tuning: Tuning {
+                    lowered: optional(&value["figures"]["lowered_bandwidth"])?,
+                    growth: optional(&value["figures"]["growth_per_period"])?,
+                },
             },
             events: value["events"].as_array()?.iter().map(event).collect::<Option<_>>()?,
         })
@@ -140,6 +149,14 @@ fn text(numbers: &[f64]) -> String {
 
 fn numbers(value: &Value) -> Option<Vec<f64>> {
     value.as_str()?.split_ascii_whitespace().map(|x| x.parse().ok()).collect()
+}
+
+/// Reads a number that may be absent; `None` if the value is neither a number as text nor null.
+fn optional(value: &Value) -> Option<Option<f64>> {
+    match value {
+        Value::Null => Some(None),
+        _ => value.as_str()?.parse().ok().map(Some),
+    }
 }
 
 fn event_json(event: &Event) -> Value {

@@ -100,40 +100,34 @@ impl<'a> Controller<'a> {
         let mut free: Vec<usize> = (0..count).filter(|k| !taken.contains(k)).collect();
         let uses_defaults = free.iter().any(|k| wants_gains(&control.channels[*k]));
         let needs_model = !pd || uses_defaults;
+        let motors = Motors::new(&job.known_model().mechanism);
         // With given gains, the model is only needed to examine their stability, and may fail.
-        let optional = |error: Error| if needs_model { Err(error) } else { Ok(()) };
-        let model = by_actuators(job.known_model(), forward, (state, bodies));
-        let model = model.map(Some).or_else(|error| optional(error).map(|()| None))?;
-        let mut controller = Self {
-            control,
-            gains: Vec::new(),
-            integrals: vec![0.0; control.channels.len()],
-            model,
-            motors: Motors::new(&job.known_model().mechanism),
-            before: None,
-            tuning: Tuning::default(),
-        };
-        let masses = match (pd, &controller.model) {
+        let prepare = || {
+            let mut model = by_actuators(job.known_model(), forward, (state, bodies))?;
             // Computed torque makes each actuator a unit mass.
-            (false, _) => Some(DMatrix::identity(count, count)),
-            (true, None) => None,
-            (true, Some(_)) => {
-                let masses = controller.masses();
-                masses.map(Some).or_else(|error| optional(error).map(|()| None))?
-            }
+            let masses = match pd {
+                true => mass_matrix(&mut model, &motors)?,
+                false => DMatrix::identity(count, count),
+            };
+            Ok((model, masses))
         };
-        controller.model.take_if(|_| !needs_model);
+        let (model, masses) = match prepare() {
+            Ok((model, masses)) => (needs_model.then_some(model), Some(masses)),
+            Err(error) if needs_model => return Err(error),
+            Err(_) => (None, None),
+        };
         if let Some(masses) = &masses {
             free.retain(|k| masses[(*k, *k)] > 0.0);
         }
         let coupled = masses.as_ref().map(|all| all.select_rows(&free).select_columns(&free));
         let zeta = control.damping;
+        let mut tuning = Tuning::default();
         let omega = control.bandwidth.unwrap_or_else(|| {
             let largest = coupled
                 .as_ref()
                 .map_or(f64::INFINITY, |coupled| largest_bandwidth(coupled, zeta, control.period));
             if largest < Control::USUAL_BANDWIDTH && uses_defaults {
-                controller.tuning.lowered = Some(largest);
+                tuning.lowered = Some(largest);
             }
             largest.min(Control::USUAL_BANDWIDTH)
         });
@@ -160,7 +154,7 @@ impl<'a> Controller<'a> {
                 }
             }
         }
-        controller.tuning.growth = coupled.and_then(|masses| {
+        tuning.growth = coupled.and_then(|masses| {
             let of = |gain: fn(&Gains) -> f64| {
                 DVector::from_iterator(free.len(), free.iter().map(|k| gain(&gains[*k])))
             };
@@ -174,7 +168,9 @@ impl<'a> Controller<'a> {
             };
             control_loop.growth()
         });
-        controller.gains = gains;
+        let integrals = vec![0.0; count];
+        let mut controller =
+            Self { control, gains, integrals, model, motors, before: None, tuning };
         if let Some(model) = &mut controller.model
             && control.friction == FrictionFeed::Measured
         {
@@ -211,45 +207,6 @@ impl<'a> Controller<'a> {
             Some(model) => model.restore(position),
             None => position.is_empty().then_some(()),
         }
-    }
-
-    /// Returns the mass matrix of the actuators, kg or kg m^2. Its column `k` contains the efforts
-    /// per unit acceleration of actuator `k` while the other actuators do not accelerate.
-    fn masses(&mut self) -> Result<DMatrix<f64>, Error> {
-        let count = self.control.channels.len();
-        let Some(model) = &mut self.model else {
-            return Ok(DMatrix::zeros(count, count));
-        };
-        let state = model.state().clone();
-        let (bodies, actuators) = (model.bodies().clone(), model.mechanism().actuators());
-        // The state refers to the spanning tree of the model without friction. With friction, the
-        // spanning tree may also contain motor shafts.
-        let forward = Forward::new(model.mechanism().without_friction(), &[]);
-        let mut targets: Vec<Target<f64>> = actuators
-            .map(|(joint, dof)| Target {
-                rate: 0.0,
-                acceleration: 0.0,
-                ..forward.joint_motion(&state, &bodies, joint, dof)
-            })
-            .collect();
-        let mut drives = |targets: &[Target<f64>]| -> Result<Vec<f64>, Error> {
-            model.move_to(targets).map_err(Error::Controller)?;
-            Ok(model.solve(&[]).map_err(Error::ControllerForces)?.efforts_frictionless.clone())
-        };
-        let still = drives(&targets)?;
-        let mut masses = DMatrix::zeros(count, count);
-        for k in 0..count {
-            targets[k].acceleration = 1.0;
-            let efforts = drives(&targets)?;
-            masses
-                .column_mut(k)
-                .iter_mut()
-                .zip(efforts.iter().zip(&still))
-                .for_each(|(mass, (effort, still))| *mass = effort - still);
-            targets[k].acceleration = 0.0;
-        }
-        self.motors.add_inertia(&mut masses);
-        Ok(masses)
     }
 
     /// Computes the efforts of all actuators, N or N m, which act from this sample until the next
@@ -317,6 +274,38 @@ impl<'a> Controller<'a> {
         self.before = Some(positions);
         Ok(efforts)
     }
+}
+
+/// Returns the mass matrix of the actuators, kg or kg m^2. Its column `k` contains the efforts per
+/// unit acceleration of actuator `k` while the other actuators do not accelerate. `model` prescribes
+/// the coordinates of the actuators.
+fn mass_matrix(model: &mut InverseDynamics, motors: &Motors) -> Result<DMatrix<f64>, Error> {
+    let state = model.state().clone();
+    let (bodies, actuators) = (model.bodies().clone(), model.mechanism().actuators());
+    // The state refers to the spanning tree of the model without friction. With friction, the
+    // spanning tree may also contain motor shafts.
+    let forward = Forward::new(model.mechanism().without_friction(), &[]);
+    let mut targets: Vec<Target<f64>> = actuators
+        .map(|(joint, dof)| Target {
+            rate: 0.0,
+            acceleration: 0.0,
+            ..forward.joint_motion(&state, &bodies, joint, dof)
+        })
+        .collect();
+    let mut efforts = |targets: &[Target<f64>]| -> Result<DVector<f64>, Error> {
+        model.move_to(targets).map_err(Error::Controller)?;
+        let forces = model.solve(&[]).map_err(Error::ControllerForces)?;
+        Ok(DVector::from_column_slice(&forces.efforts_frictionless))
+    };
+    let still = efforts(&targets)?;
+    let mut masses = DMatrix::zeros(targets.len(), targets.len());
+    for k in 0..targets.len() {
+        targets[k].acceleration = 1.0;
+        masses.set_column(k, &(efforts(&targets)? - &still));
+        targets[k].acceleration = 0.0;
+    }
+    motors.add_inertia(&mut masses);
+    Ok(masses)
 }
 
 /// Creates a solver of inverse dynamics for the mechanism in the configuration given by `state` and

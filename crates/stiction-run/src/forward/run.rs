@@ -62,14 +62,6 @@ impl Job<'_> {
         let next_change = |changed: usize| changes.get(changed).map_or(f64::INFINITY, |c| c.time);
         let mut acting = Acting::new(job, forward, &start, stopped)?;
         acting.payload_change = next_change(changed);
-        // The stability of the controller does not depend on where the simulation resumes.
-        let mut tuning = acting.tuning();
-        for (job, forward) in jobs.iter().zip(&forwards).filter(|_| !changes.is_empty()) {
-            // If the controller cannot be prepared, the simulation fails at the change.
-            if let Ok(acting) = Acting::new(job, forward, &start, stopped) {
-                tuning = tuning.worst(acting.tuning());
-            }
-        }
         self.check(self.from)?;
         let started = match checkpoint {
             None => forward.start(self.from, state, self.settings, &mut acting),
@@ -103,6 +95,7 @@ impl Job<'_> {
             Some(checkpoint) => checkpoint.figures,
             None => Figures {
                 invertible: by_actuators(job.model, forward, (&now.state, &now.bodies)).is_ok(),
+                tuning: acting.tuning(),
                 ..Figures::default()
             },
         };
@@ -143,6 +136,7 @@ impl Job<'_> {
                     next.restore(&state).ok_or(Error::Checkpoint)?;
                     next.payload_change = next_change(changed);
                     acting = next;
+                    figures.tuning = figures.tuning.worst(acting.tuning());
                     let Payload { body, part, .. } = change.payload;
                     let change = PayloadChange { body: *body, part, picked_up: change.picked_up };
                     simulation.change_payload(forward, change, &mut acting).map_err(Error::Forward)
@@ -259,7 +253,7 @@ impl Job<'_> {
             coarsest: simulation.coarsest(),
             invertible: figures.invertible,
             rates_changed,
-            tuning,
+            tuning: figures.tuning,
             ending,
         })
     }

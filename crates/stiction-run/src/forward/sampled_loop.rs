@@ -109,9 +109,8 @@ impl SampledLoop {
     /// the sampled loop. Returns `None` for a controller in continuous time, without actuators, and
     /// if the mass matrix is not invertible.
     pub(super) fn growth(&self) -> Option<f64> {
-        let Self { period, .. } = self;
-        let n = self.masses.nrows();
-        if *period <= 0.0 || n == 0 {
+        let (n, period) = (self.masses.nrows(), self.period);
+        if period <= 0.0 || n == 0 {
             return None;
         }
         let inverse = self.masses.clone().try_inverse()?;
@@ -120,8 +119,8 @@ impl SampledLoop {
         let (mut by_rate, mut by_last) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
         let rate_gains = per_mass(&self.derivative);
         if self.differences {
-            by_position += &rate_gains / *period;
-            by_last -= &rate_gains / *period;
+            by_position += &rate_gains / period;
+            by_last -= &rate_gains / period;
         } else {
             by_rate = rate_gains;
         }
@@ -132,14 +131,16 @@ impl SampledLoop {
         let mut put = |row: usize, column: usize, block: DMatrix<f64>| {
             step.view_mut((row * n, column * n), (n, n)).copy_from(&block);
         };
-        for (row, advance, of_rate) in [(0, 0.5 * period * period, *period), (1, *period, 1.0)] {
-            put(row, 0, &unit * (1.0 - row as f64) - &by_position * advance);
+        for (row, of_position, of_rate, advance) in
+            [(0, 1.0, period, 0.5 * period * period), (1, 0.0, 1.0, period)]
+        {
+            put(row, 0, &unit * of_position - &by_position * advance);
             put(row, 1, &unit * of_rate - &by_rate * advance);
             put(row, 2, &by_last * -advance);
             put(row, 3, &inverse * advance);
         }
         put(2, 0, unit.clone());
-        put(3, 0, DMatrix::from_diagonal(&self.integral) * -*period);
+        put(3, 0, DMatrix::from_diagonal(&self.integral) * -period);
         // An integral part that nothing changes would count as an error that does not decay.
         let integrates =
             DVector::from_iterator(n, self.integral.iter().map(|k| f64::from(*k > 0.0)));
@@ -154,10 +155,10 @@ impl SampledLoop {
 
 /// Returns the largest bandwidth, rad/s, of default gains with the given damping ratio and sampling
 /// period, s, that leaves a margin to instability; infinite without a limit, and without damping,
-/// where no gains are stable. The gains of each actuator are proportional to its element on the
-/// diagonal of the mass matrix. The coupling of the actuators makes the loop faster than each of
-/// them alone: its fastest rate gain is that of a single mass, divided by the smallest eigenvalue of
-/// the mass matrix scaled to a unit diagonal.
+/// where no gains are stable. The gains of each actuator are proportional to its effective mass, an
+/// entry on the diagonal of the mass matrix. The actuators are coupled, so the loop is faster than
+/// each of them alone: its fastest rate gain is that of a single mass, divided by the smallest
+/// eigenvalue of the mass matrix scaled to a unit diagonal.
 pub(super) fn largest_bandwidth(masses: &DMatrix<f64>, damping: f64, period: f64) -> f64 {
     let n = masses.nrows();
     let over = |k: usize| masses[(k, k)].sqrt().recip();

@@ -61,7 +61,8 @@ pub(super) fn shift_below(matrix: &mut BlockCholesky) -> Option<Shift> {
             false => above = middle,
         }
     }
-    (below > 0.0).then(|| Shift::between(below, above))
+    // If no shift was below all eigenvalues, the matrix is not known to be positive definite.
+    if below > 0.0 { Shift::below(above, (above - below) / above) } else { None }
 }
 
 /// Solves a linear system in place by iterative refinement with an approximate decomposition;

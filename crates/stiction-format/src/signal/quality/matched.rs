@@ -2,8 +2,8 @@
 //!
 //! A polynomial is fitted to the samples around a suspicious one. If the residuals have the shape
 //! that one wrong value causes, this value is wrong. A corner of the signal, such as a step of the
-//! acceleration, causes residuals of another shape. Unlike predictions from a few
-//! neighbours, the polynomial is accurate at ten samples per period.
+//! acceleration, causes residuals of another shape. Unlike predictions from a few neighbours, the
+//! polynomial is accurate at ten samples per period.
 
 use std::array::from_fn;
 use std::ops::Range;

@@ -285,14 +285,16 @@ impl Quality {
         });
         let noisy = noise.filter(|noise| !noise.is_rounding).map_or(0.0, |n| n.acceleration);
         let typical = self.errors.quantile(0.8);
+        let is_large = |error: &Peak| {
+            error.size >= OUTLIER_LIMIT * peak && error.size >= OUTLIER_NOISE * noisy
+        };
         let mut outliers: Vec<Peak> = self
             .outliers
             .iter()
             .filter(|(error, sigma)| {
-                error.size >= OUTLIER_LIMIT * peak
+                is_large(error)
                     && error.size >= OUTLIER_FACTOR * typical
                     && error.size >= OUTLIER_SIGMAS * sigma
-                    && error.size >= OUTLIER_NOISE * noisy
             })
             .map(|(error, _)| *error)
             .collect();
@@ -304,18 +306,12 @@ impl Quality {
         });
         outliers.extend(at_ends.map(|&(at_end, time, _)| Peak { size: at_end.error, time }));
         let mut exchanged = std::mem::take(&mut self.exchanged);
-        exchanged.retain(|error| {
-            error.size >= OUTLIER_LIMIT * peak && error.size >= OUTLIER_NOISE * noisy
-        });
-        let is_wrong = |(error, _): &&(Peak, Kind)| {
-            error.size >= OUTLIER_LIMIT * peak && error.size >= OUTLIER_NOISE * noisy
-        };
-        let wrong: Vec<(Peak, Kind)> = self.wrong.iter().filter(is_wrong).copied().collect();
-        // Errors that the other tests have found are not reported a second time.
+        exchanged.retain(is_large);
+        // If the other tests have found errors, these may be the same ones.
         if outliers.is_empty() && exchanged.is_empty() {
-            for (error, kind) in wrong {
+            for (error, kind) in self.wrong.iter().filter(|(error, _)| is_large(error)) {
                 let is_exchange = matches!(kind, Kind::Exchange(_));
-                if is_exchange { &mut exchanged } else { &mut outliers }.push(error);
+                if is_exchange { &mut exchanged } else { &mut outliers }.push(*error);
             }
         }
         exchanged.sort_by(|a, b| a.time.total_cmp(&b.time));
@@ -491,10 +487,7 @@ impl Quality {
                 continue;
             }
             self.outliers.push((Peak { size: error, time: self.times[i] }, sigma));
-            if self.outliers.len() > 2 * MAX_OUTLIERS {
-                self.outliers.sort_by(|a, b| b.0.size.total_cmp(&a.0.size));
-                self.outliers.truncate(MAX_OUTLIERS);
-            }
+            keep_largest(&mut self.outliers);
         }
     }
 
@@ -526,10 +519,7 @@ impl Quality {
                     self.wrong.push((Peak { size: gain * size, time: t[i] }, kind));
                 }
             }
-            if self.wrong.len() > 2 * MAX_OUTLIERS {
-                self.wrong.sort_by(|a, b| b.0.size.total_cmp(&a.0.size));
-                self.wrong.truncate(MAX_OUTLIERS);
-            }
+            keep_largest(&mut self.wrong);
         }
     }
 
@@ -597,6 +587,14 @@ impl Quality {
             }
             found.sustained.raise(median, t[samples.start]);
         }
+    }
+}
+
+/// Shortens a list of errors to the largest ones if it is too long.
+fn keep_largest<T>(errors: &mut Vec<(Peak, T)>) {
+    if errors.len() > 2 * MAX_OUTLIERS {
+        errors.sort_by(|a, b| b.0.size.total_cmp(&a.0.size));
+        errors.truncate(MAX_OUTLIERS);
     }
 }
 
