@@ -5,7 +5,7 @@
 
 use crate::code::{Code, Fused, Source, Step};
 use crate::encode::{Base, Emit, Operation, Order, Place, Target, begin};
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 /// Index of the constant zero. The allocator's own constants precede the constants of the code.
 const ZERO: usize = 0;
@@ -63,8 +63,8 @@ struct Allocator<'a> {
     /// `slot_uses` and `common_uses` contain such lists for slots and for numbers shared by all
     /// lanes.
     constant_uses: Vec<Vec<u32>>,
-    slot_uses: HashMap<u32, Vec<u32>>,
-    common_uses: HashMap<u32, Vec<u32>>,
+    slot_uses: FxHashMap<u32, Vec<u32>>,
+    common_uses: FxHashMap<u32, Vec<u32>>,
     /// Value that each register contains; `None` for a free register.
     holds: Vec<Option<Source>>,
     register_of_step: Vec<Option<u8>>,
@@ -84,8 +84,8 @@ impl<'a> Allocator<'a> {
         let count = code.steps.len();
         let mut uses = vec![Vec::new(); count];
         let mut constant_uses = vec![Vec::new(); code.constants.len()];
-        let mut slot_uses: HashMap<u32, Vec<u32>> = HashMap::new();
-        let mut common_uses: HashMap<u32, Vec<u32>> = HashMap::new();
+        let mut slot_uses: FxHashMap<u32, Vec<u32>> = FxHashMap::default();
+        let mut common_uses: FxHashMap<u32, Vec<u32>> = FxHashMap::default();
         for (k, step) in code.steps.iter().enumerate().rev() {
             for operand in step.operands() {
                 let list = match operand {

@@ -4,7 +4,7 @@
 use crate::error::RecordError;
 use crate::graph::{Function, Node, Op, needed};
 use core::ops::Range;
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 /// Operand of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -125,8 +125,8 @@ impl Part {
 /// can have an index in the shared memory instead of a slot.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Slots {
-    of_node: HashMap<Node, u32>,
-    common: HashMap<Node, u32>,
+    of_node: FxHashMap<Node, u32>,
+    common: FxHashMap<Node, u32>,
     count: u32,
 }
 
@@ -286,8 +286,8 @@ pub(crate) fn compile(ops: &[Op], results: &[Node], slots: &mut Slots, fuse: boo
     let mut parts = Vec::new();
     for now in 0..=most {
         let (mut code, mut calls) = (Code::default(), Vec::new());
-        let mut steps: HashMap<Node, u32> = HashMap::new();
-        let mut constants: HashMap<u64, u32> = HashMap::new();
+        let mut steps: FxHashMap<Node, u32> = FxHashMap::default();
+        let mut constants: FxHashMap<u64, u32> = FxHashMap::default();
         for (k, op) in cut.iter().enumerate().filter(|(k, _)| needed[*k]) {
             let node = k as Node;
             if level[k] != now || slots.of(node).is_some() && !matches!(op, Op::Call(..)) {
@@ -304,7 +304,7 @@ pub(crate) fn compile(ops: &[Op], results: &[Node], slots: &mut Slots, fuse: boo
                 calls.push(Call { function, arguments, result: slots.made(node) });
                 continue;
             }
-            let source = |node: Node, code: &mut Code, constants: &mut HashMap<u64, u32>| {
+            let source = |node: Node, code: &mut Code, constants: &mut FxHashMap<u64, u32>| {
                 if let Op::Constant(bits) = ops[node as usize] {
                     let place = *constants.entry(bits).or_insert_with(|| {
                         code.constants.push(f64::from_bits(bits));

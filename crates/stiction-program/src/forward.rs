@@ -19,11 +19,13 @@ use crate::loaded::{LoadPlace, check_loads, place_of};
 use crate::machine::fuses;
 use crate::memory::Memory;
 use crate::recording::{Counts, RecordingSource};
-use crate::run::{Runner, by_lanes};
+use crate::run::by_lanes;
 use crate::samples::{Sample, samples, seeded_samples};
 use crate::stages::early;
+use core::ops::Range;
 use stiction_core::dynamics::{AppliedLoad, InverseDynamics, Weighting};
-use stiction_core::kinematics::{State, Target};
+use stiction_core::forward::AccelerationProgram;
+use stiction_core::kinematics::{ProgramMemory, State, Target};
 
 /// Maximum number of iteration steps for the normal loads.
 const STEPS: usize = 24;
@@ -100,6 +102,10 @@ struct Places {
     loads: Vec<u32>,
     velocities: Vec<u32>,
     frictions: Vec<u32>,
+    /// Slots of the results of an [`AccelerationProgram`].
+    collected: Vec<u32>,
+    /// Successive slots to which these results are copied.
+    results: Range<usize>,
 }
 
 /// Slots of the accelerations of the prescribed coordinates, the accelerations of the tree's
@@ -245,6 +251,10 @@ impl ForwardProgram {
         let rest = slots.places(&recorded.rest)?;
         let moments = &rest[rest.len() - 3 * counts.interfaces..];
         let moment = |k: usize| moments[k * counts.interfaces..][..counts.interfaces].to_vec();
+        let real = Motion::new(&rest, &counts);
+        let (loads, frictions) = (moment(0), moment(2));
+        let collected = [&real.tree[..], &loads, &frictions, &real.reactions].concat();
+        let results = slots.reserve(collected.len()) as usize..slots.count();
         let places = Places {
             start: slots.places(&recorded.begin)?,
             newton: next.to_vec(),
@@ -253,12 +263,14 @@ impl ForwardProgram {
             ideal_guard,
             guard: slots.place(recorded.guards[1])?,
             ideal: Motion::new(&ideal, &counts),
-            real: Motion::new(&rest, &counts),
-            loads: moment(0),
+            real,
+            loads,
             velocities: moment(1),
-            frictions: moment(2),
+            frictions,
+            collected,
+            results,
         };
-        let code = Compiled::new(&stages, slots.count(), machine);
+        let code = Compiled::new(stages, slots.count(), machine);
         Ok(Self { counts, loaded, places, code })
     }
 
@@ -351,17 +363,17 @@ impl ForwardProgram {
     /// program.
     pub fn run(&self, memory: &mut Memory, settled: &mut [bool]) {
         memory.check_flags(settled);
-        let runners = self.code.runners(memory.lanes);
-        by_lanes!(memory.lanes, L => self.run_lanes::<L>(runners, memory, settled));
+        let Memory { lanes, slots, scratch } = memory;
+        by_lanes!(*lanes, L => self.run_lanes::<L>(slots, scratch, settled));
     }
 
     fn run_lanes<const L: usize>(
         &self,
-        runners: &[Runner; 5],
-        memory: &mut Memory,
+        slots: &mut [f64],
+        scratch: &mut [f64],
         settled: &mut [bool],
     ) {
-        let Memory { slots, scratch, .. } = memory;
+        let runners = self.code.runners(L);
         runners[FIRST].run(slots, scratch);
         self.take::<L>(slots, &self.places.start);
         let mut done = [self.counts.coupled == 0; L];
@@ -445,5 +457,27 @@ impl ForwardProgram {
     pub fn sizes(&self) -> [usize; 4] {
         let Counts { targets, dofs, joints, interfaces, .. } = self.counts;
         [targets, dofs, joints, interfaces]
+    }
+}
+
+impl AccelerationProgram for ForwardProgram {
+    fn memory(&self) -> ProgramMemory {
+        let Memory { slots, scratch, .. } = self.code.memory(1);
+        ProgramMemory { slots: slots.to_vec(), scratch: scratch.to_vec() }
+    }
+
+    fn run(&self, memory: &mut ProgramMemory) -> bool {
+        let ProgramMemory { slots, scratch } = memory;
+        let mut settled = [false];
+        self.run_lanes::<1>(slots, scratch, &mut settled);
+        let Places { collected, results, .. } = &self.places;
+        for (to, from) in results.clone().zip(collected) {
+            slots[to] = slots[*from as usize];
+        }
+        settled[0]
+    }
+
+    fn results(&self) -> Range<usize> {
+        self.places.results.clone()
     }
 }

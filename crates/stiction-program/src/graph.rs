@@ -1,6 +1,6 @@
 //! Expression graph without duplicate nodes.
 
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 /// Index of a node in a [`Graph`].
 pub(crate) type Node = u32;
@@ -92,7 +92,7 @@ impl Op {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Graph {
     ops: Vec<Op>,
-    known: HashMap<Op, Node>,
+    known: FxHashMap<Op, Node>,
 }
 
 impl Graph {

@@ -68,6 +68,7 @@ mod quantity;
 mod recorded;
 mod recording;
 mod run;
+mod sampled_values;
 mod samples;
 mod schedule;
 mod slopes;

@@ -3,7 +3,7 @@
 
 use crate::graph::{Graph, Node, Op, needed};
 use crate::value_numbering::Guard;
-use std::collections::HashSet;
+use rustc_hash::FxHashSet;
 
 /// Returns the nodes that the results `later` of later stages need, and that do not depend on
 /// inputs for which `late` is true. An earlier stage can therefore compute these nodes before the
@@ -63,7 +63,7 @@ pub(crate) fn holds(of: &Graph, stage: &[Node], guards: &[Guard], merged: &mut G
     let needed = needed(of.ops(), stage);
     let mut holds = merged.number(1.0);
     let none = merged.number(0.0);
-    let mut known = HashSet::new();
+    let mut known = FxHashSet::default();
     for guard in guards.iter().filter(|guard| needed[guard.selection as usize]) {
         // A square root is positive where its argument is positive.
         let condition = match merged.ops()[guard.condition as usize] {

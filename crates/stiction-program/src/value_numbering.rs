@@ -3,17 +3,9 @@
 //!
 //! Equation (P2) of the book's theory.
 
-use crate::graph::{Function, Graph, Node, Op};
-use std::collections::HashMap;
-
-/// Value of a node at one sample, with a bound of its rounding error.
-#[derive(Clone, Copy, Debug)]
-struct Value {
-    x: f64,
-    error: f64,
-}
-
-const EPSILON: f64 = f64::EPSILON / 2.0;
+use crate::graph::{Graph, Node, Op};
+use crate::sampled_values::{Row, SampledValues};
+use rustc_hash::FxHashMap;
 
 /// Two values count as different if they differ by more than this factor times the sum of their
 /// error bounds.
@@ -24,86 +16,11 @@ const APART: f64 = 64.0;
 /// eventually exceed the values.
 const CLOSE: f64 = 1e-9;
 
-impl Value {
-    fn new(x: f64, error: f64) -> Self {
-        Self { x, error: error + x.abs() * EPSILON }
-    }
-
-    fn is(self, other: Self, sign: f64) -> bool {
-        let apart = (self.x - sign * other.x).abs();
-        apart <= APART * (self.error + other.error)
-            && apart <= CLOSE * self.x.abs().max(other.x.abs())
-    }
-}
-
-/// Value of an operation, computed from the values of its operands. `chance` decides which branch a
-/// selection takes; its arguments are the node of the condition and the sign of the condition
-/// (`true` if positive).
-fn value_of(
-    op: Op,
-    inputs: &[f64],
-    of: impl Fn(Node) -> Value,
-    chance: impl Fn(Node, bool) -> bool,
-) -> Value {
-    match op {
-        Op::Constant(bits) => Value::new(f64::from_bits(bits), 0.0),
-        Op::Input(k) => Value::new(inputs[k as usize], 0.0),
-        Op::Add(a, b) => {
-            let (a, b) = (of(a), of(b));
-            Value::new(a.x + b.x, a.error + b.error)
-        }
-        Op::Sub(a, b) => {
-            let (a, b) = (of(a), of(b));
-            Value::new(a.x - b.x, a.error + b.error)
-        }
-        Op::Mul(a, b) => {
-            let (a, b) = (of(a), of(b));
-            Value::new(a.x * b.x, a.error * b.x.abs() + b.error * a.x.abs())
-        }
-        Op::Div(a, b) => {
-            let (a, b) = (of(a), of(b));
-            let x = a.x / b.x;
-            Value::new(x, (a.error + x.abs() * b.error) / b.x.abs())
-        }
-        Op::Held(a) => of(a),
-        Op::Neg(a) => Value { x: -of(a).x, error: of(a).error },
-        Op::Sqrt(a) => {
-            // The root of the magnitude, because arguments can be negative in branches that are not
-            // taken.
-            let (a, root) = (of(a), of(a).x.abs().sqrt());
-            let error = if root > 0.0 { a.error / (2.0 * root) } else { a.error.sqrt() };
-            Value::new(root, error)
-        }
-        Op::Select { of: condition, yes, no } => {
-            if chance(condition, of(condition).x > 0.0) {
-                of(yes)
-            } else {
-                of(no)
-            }
-        }
-        Op::Call(function, a, b) => {
-            let (a, b) = (of(a), of(b));
-            let x = function.of(a.x, b.x);
-            // Derivatives of the function by finite differences; the step is at least as large as
-            // the error of the argument.
-            let step = a.error.max(a.x.abs() * 1e-8).max(1e-12);
-            let other = b.error.max(b.x.abs() * 1e-8).max(1e-12);
-            let by_first = (function.of(a.x + step, b.x) - x).abs() / step;
-            let by_other = (function.of(a.x, b.x + other) - x).abs() / other;
-            Value::new(x, by_first * a.error + by_other * b.error)
-        }
-    }
-}
-
-/// Magnitude relative to which the result of an operation counts as zero: that of the larger
-/// operand for a sum or difference, in which the operands may cancel, and one for sine and cosine.
-/// It is zero for all other operations, whose results do not vanish by cancellation.
-fn size_of(op: Op, of: impl Fn(Node) -> Value) -> f64 {
-    match op {
-        Op::Add(a, b) | Op::Sub(a, b) => of(a).x.abs().max(of(b).x.abs()),
-        Op::Call(Function::Sin | Function::Cos, ..) => 1.0,
-        _ => 0.0,
-    }
+/// Returns true if the value `a` equals `sign` times the value `b`; both are pairs of value and
+/// error bound.
+fn agree(a: (f64, f64), b: (f64, f64), sign: f64) -> bool {
+    let apart = (a.0 - sign * b.0).abs();
+    apart <= APART * (a.1 + b.1) && apart <= CLOSE * a.0.abs().max(b.0.abs())
 }
 
 /// Hash of two integers.
@@ -146,27 +63,15 @@ pub(crate) struct Merged {
 /// guard.
 pub(crate) fn merge(graph: &Graph, samples: &[Vec<f64>]) -> Merged {
     let ops = graph.ops();
-    let mut ways: HashMap<Node, [bool; 2]> = HashMap::new();
-    for inputs in samples {
-        let mut values: Vec<Value> = Vec::with_capacity(ops.len());
-        for op in ops {
-            let of = |node: Node| values[node as usize];
-            let value = value_of(*op, inputs, of, |_, is_positive| is_positive);
-            if let Op::Select { of: condition, .. } = *op {
-                let is_positive = values[condition as usize].x > 0.0;
-                ways.entry(condition).or_default()[usize::from(is_positive)] = true;
-            }
-            values.push(value);
-        }
-    }
+    let ways = ways_of_conditions(ops, samples);
     let goes_both_ways = |of: Node| ways.get(&of) == Some(&[true, true]);
     let is_positive = |of: Node| ways.get(&of).is_some_and(|[_, positive]| *positive);
-    // For each node, its values at all samples.
-    let mut values: Vec<Vec<Value>> = Vec::with_capacity(ops.len());
+    let mut values = SampledValues::with_capacity(ops.len(), samples.len());
+    let mut own = Row::default();
     let mut merged = Graph::default();
     let mut new_of: Vec<Node> = Vec::with_capacity(ops.len());
     let mut guards = Vec::new();
-    let mut by_value: HashMap<i64, Vec<(Node, usize)>> = HashMap::new();
+    let mut by_value: FxHashMap<i64, Vec<(Node, Node)>> = FxHashMap::default();
     for (k, op) in ops.iter().enumerate() {
         let square = match *op {
             Op::Sqrt(a) => match merged.ops()[new_of[a as usize] as usize] {
@@ -175,32 +80,38 @@ pub(crate) fn merge(graph: &Graph, samples: &[Vec<f64>]) -> Merged {
             },
             _ => None,
         };
-        let mut own: Vec<Value> = samples
-            .iter()
-            .enumerate()
-            .map(|(sample, inputs)| {
-                // Random choice of a branch, which is the same for conditions that have been
-                // merged.
-                let chance = |of: Node, _| match goes_both_ways(of) {
-                    true => mixed(u64::from(new_of[of as usize]), sample as u64) & 1 == 0,
-                    false => is_positive(of),
-                };
-                let value = value_of(*op, inputs, |node| values[node as usize][sample], chance);
-                // The root of a square is a magnitude, so a random sign distinguishes it from the
-                // squared expression.
-                let flips = square.is_some_and(|of| mixed(u64::from(of), sample as u64) & 1 == 0);
-                if flips { Value { x: -value.x, ..value } } else { value }
-            })
-            .collect();
-        let first = own[0];
-        let is_finite = own.iter().all(|value| value.x.is_finite() && value.error.is_finite());
+        // Random choice of a branch, which is the same for conditions that have been merged.
+        let takes = |sample: usize, _: f64| match *op {
+            Op::Select { of, .. } if goes_both_ways(of) => {
+                mixed(u64::from(new_of[of as usize]), sample as u64) & 1 == 0
+            }
+            Op::Select { of, .. } => is_positive(of),
+            _ => false,
+        };
+        values.evaluate(*op, samples, takes, &mut own);
+        if let Some(of) = square {
+            // The root of a square is a magnitude, so a random sign distinguishes it from the
+            // squared expression.
+            for (sample, x) in own.x.iter_mut().enumerate() {
+                if mixed(u64::from(of), sample as u64) & 1 == 0 {
+                    *x = -*x;
+                }
+            }
+        }
+        let first = (own.x[0], own.error[0]);
+        let is_finite = own.x.iter().chain(&own.error).all(|number| number.is_finite());
         let is_given = matches!(op, Op::Input(_) | Op::Constant(_));
         let is_zero = || {
-            own.iter().enumerate().all(|(sample, value)| {
-                let size = size_of(*op, |node| values[node as usize][sample]);
-                value.x.abs() <= (APART * value.error).min(CLOSE * size)
+            own.x.iter().zip(&own.error).enumerate().all(|(sample, (x, error))| {
+                x.abs() <= (APART * error).min(CLOSE * values.size_of(*op, sample))
             })
         };
+        let agrees_with = |x: &[f64], error: &[f64], sign: f64| {
+            let each = own.x.iter().zip(&own.error).zip(x.iter().zip(error));
+            each.into_iter().all(|((a, of_a), (b, of_b))| agree((*a, *of_a), (*b, *of_b), sign))
+        };
+        let is_constant =
+            || own.x.iter().zip(&own.error).all(|(x, error)| agree((*x, *error), first, 1.0));
         let mut known = None;
         if let Op::Select { of, yes, no } = *op
             && !goes_both_ways(of)
@@ -211,16 +122,17 @@ pub(crate) fn merge(graph: &Graph, samples: &[Vec<f64>]) -> Merged {
                 guards.push(Guard { selection: k as Node, condition, is_positive });
             }
             known = Some(new_of[if is_positive { yes } else { no } as usize]);
-        } else if is_finite && !is_given && (is_zero() || own.iter().all(|v| v.is(first, 1.0))) {
-            let number = if is_zero() { 0.0 } else { first.x };
+        } else if is_finite && !is_given && (is_zero() || is_constant()) {
+            let number = if is_zero() { 0.0 } else { first.0 };
             known = Some(merged.number(number));
-            own.fill(Value::new(number, 0.0));
+            own.fill(number);
         } else if is_finite && !matches!(op, Op::Constant(_)) {
-            let key = bucket(first.x);
+            let key = bucket(first.0);
             let candidates = (key - 1..=key + 1).filter_map(|key| by_value.get(&key)).flatten();
             for &(node, other) in candidates {
-                let sign = if (first.x > 0.0) == (values[other][0].x > 0.0) { 1.0 } else { -1.0 };
-                if own.iter().zip(&values[other]).all(|(a, b)| a.is(*b, sign)) {
+                let (x, error) = (values.x(other), values.error(other));
+                let sign = if (first.0 > 0.0) == (x[0] > 0.0) { 1.0 } else { -1.0 };
+                if agrees_with(x, error, sign) {
                     // The root equals the other node only as long as the other node keeps its sign.
                     let is_root = |op: &Op| matches!(op, Op::Sqrt(_));
                     if is_root(op) && !is_root(&merged.ops()[node as usize]) {
@@ -231,15 +143,14 @@ pub(crate) fn merge(graph: &Graph, samples: &[Vec<f64>]) -> Merged {
                     // its sign.
                     if !is_root(op) && is_root(&merged.ops()[node as usize]) {
                         let condition = merged.add(op.map(|operand| new_of[operand as usize]));
-                        let is_positive = first.x > 0.0;
+                        let is_positive = first.0 > 0.0;
                         guards.push(Guard { selection: k as Node, condition, is_positive });
                     }
                     known = Some(if sign > 0.0 { node } else { merged.add(Op::Neg(node)) });
                     // The node inherits the rounding errors of its replacement, so that a long
                     // derivation of a known value does not make later nodes less certain.
-                    for (value, other) in own.iter_mut().zip(&values[other]) {
-                        *value = Value { x: sign * other.x, error: other.error };
-                    }
+                    own.x.iter_mut().zip(x).for_each(|(own, x)| *own = sign * x);
+                    own.error.copy_from_slice(error);
                     break;
                 }
             }
@@ -247,14 +158,52 @@ pub(crate) fn merge(graph: &Graph, samples: &[Vec<f64>]) -> Merged {
         let node = known.unwrap_or_else(|| {
             let node = merged.add(op.map(|operand| new_of[operand as usize]));
             if is_finite && !matches!(op, Op::Constant(_)) {
-                by_value.entry(bucket(first.x)).or_default().push((node, k));
+                by_value.entry(bucket(first.0)).or_default().push((node, k as Node));
             }
             node
         });
         new_of.push(node);
-        values.push(own);
+        values.push(&own);
     }
     Merged { graph: merged, new_of, guards }
+}
+
+/// Returns for each condition of a selection whether it is ever not positive, and whether it is
+/// ever positive, at the samples.
+fn ways_of_conditions(ops: &[Op], samples: &[Vec<f64>]) -> FxHashMap<Node, [bool; 2]> {
+    // Only nodes on which a condition depends are evaluated.
+    let mut is_needed = vec![false; ops.len()];
+    for (k, op) in ops.iter().enumerate().rev() {
+        if let Op::Select { of, .. } = op {
+            is_needed[*of as usize] = true;
+        }
+        if is_needed[k] {
+            op.operands().for_each(|operand| is_needed[operand as usize] = true);
+        }
+    }
+    let count = is_needed.iter().filter(|needed| **needed).count();
+    let mut values = SampledValues::with_capacity(count, samples.len());
+    let mut own = Row::default();
+    // Place of each needed node among the evaluated nodes.
+    let mut places = vec![0; ops.len()];
+    let mut ways: FxHashMap<Node, [bool; 2]> = FxHashMap::default();
+    let mut next = 0;
+    for (k, op) in ops.iter().enumerate() {
+        if let Op::Select { of, .. } = op {
+            let way = ways.entry(*of).or_default();
+            for x in values.x(places[*of as usize]) {
+                way[usize::from(*x > 0.0)] = true;
+            }
+        }
+        if is_needed[k] {
+            let op = op.map(|operand| places[operand as usize]);
+            values.evaluate(op, samples, |_, x| x > 0.0, &mut own);
+            values.push(&own);
+            places[k] = next;
+            next += 1;
+        }
+    }
+    ways
 }
 
 /// Index of the logarithmic bucket that contains `x`. Numbers whose magnitudes differ only by

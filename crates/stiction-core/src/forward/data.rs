@@ -152,23 +152,33 @@ impl Forward {
     /// Recomputes the data in place from the time, state, bristle deflections, input states
     /// and distribution of static frictions stored in `data`.
     pub(super) fn update_data(&self, data: &mut Data, inputs: &mut dyn Inputs) {
+        self.move_bodies(data);
+        self.update_inputs(data, inputs);
+        self.update_masses(data);
+    }
+
+    /// Recomputes inertias and bias forces for the motion and loads in `data`.
+    pub(super) fn update_masses(&self, data: &mut Data) {
+        let Data { bodies, masses, loads, .. } = data;
+        masses.update(&self.topology, (&self.parameters, &self.rotors), bodies, loads);
+    }
+
+    /// Computes poses and twists of all bodies, and sliding velocities, at the state in `data`.
+    pub(super) fn move_bodies(&self, data: &mut Data) {
         let (topology, parameters) = (&self.topology, &self.parameters);
-        let Data {
-            time,
-            state,
-            bodies,
-            masses,
-            efforts,
-            loads,
-            targets,
-            velocities,
-            input,
-            input_rates,
-            ..
-        } = data;
+        let Data { state, bodies, velocities, .. } = data;
         bodies.place(topology, parameters, &state.coordinates);
         bodies.move_with(topology, &state.rates);
         let pitch = &parameters.pitch;
+        velocities.clear();
+        let interfaces = parameters.interfaces.iter();
+        velocities.extend(interfaces.map(|c| bodies.surface_velocity(topology, c, pitch[c.joint])));
+    }
+
+    /// Evaluates the inputs for the motion in `data`.
+    pub(super) fn update_inputs(&self, data: &mut Data, inputs: &mut dyn Inputs) {
+        let (topology, parameters) = (&self.topology, &self.parameters);
+        let Data { time, state, bodies, efforts, loads, targets, input, input_rates, .. } = data;
         let view = View { time: *time, state, bodies, topology, parameters, input };
         efforts.clear();
         efforts.resize(topology.actuators.len(), 0.0);
@@ -182,10 +192,6 @@ impl Forward {
         for &actuator in &self.prescribed {
             efforts[actuator] = 0.0;
         }
-        masses.update(topology, (parameters, &self.rotors), bodies, loads);
-        velocities.clear();
-        let interfaces = parameters.interfaces.iter();
-        velocities.extend(interfaces.map(|c| bodies.surface_velocity(topology, c, pitch[c.joint])));
         data.limit_factor = 1.0;
     }
 

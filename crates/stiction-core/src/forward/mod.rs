@@ -27,6 +27,7 @@ mod joints;
 mod mass_matrix;
 mod motor_shafts;
 mod project;
+mod recorded;
 mod rotors;
 mod simulation;
 mod solve;
@@ -52,6 +53,8 @@ pub use error::Competitor;
 #[doc(hidden)]
 pub use instant::{Account, InterfaceSample};
 #[doc(hidden)]
+pub use recorded::AccelerationProgram;
+#[doc(hidden)]
 pub use simulation::Energies;
 #[doc(hidden)]
 pub use simulation::RateJump;
@@ -61,6 +64,7 @@ use crate::mechanism::{BodyId, Mechanism, MotorShaft};
 use crate::parameters::Parameters;
 use crate::spatial::Pose;
 use crate::topology::{Topology, TreeRule};
+use recorded::Recorded;
 use rotors::{Rotor, shaft_friction};
 use sparse::closures::{Closures, Reach};
 use std::sync::Arc;
@@ -134,6 +138,8 @@ pub struct Forward {
     /// Sparse system of the loop closures for projecting coordinates and rates onto the
     /// constraints; `None` if the projection uses dense linear algebra.
     projections: Option<Arc<Closures>>,
+    /// Recorded program, if one is used.
+    recorded: Option<Recorded>,
 }
 
 impl Forward {
@@ -165,6 +171,7 @@ impl Forward {
             columns,
             closures: None,
             projections: None,
+            recorded: None,
         };
         if model.is_sparse() {
             model.solve_sparsely();

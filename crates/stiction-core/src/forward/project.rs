@@ -94,6 +94,20 @@ impl Projection {
         sparse.map_or_else(|| self.space.least_part(), SparseRows::distance)
     }
 
+    /// Returns the number of independent constraint rows.
+    fn rank(&self) -> usize {
+        let sparse = self.sparse.as_ref().filter(|_| self.is_sparse);
+        sparse.map_or_else(|| self.space.rank(), SparseRows::rank)
+    }
+
+    /// Returns the singularity index of the last projection. Returns `None` if it constrained more
+    /// than the loops, or if constraints are redundant.
+    pub(super) fn distance_of_loops(&self) -> Option<f64> {
+        let count = self.rows.rows.len();
+        let is_regular = self.constrained.is_empty() && self.rank() == count;
+        is_regular.then(|| self.distance())
+    }
+
     /// Computes the minimum-norm change of the tree coordinates (`step`) for which the products of
     /// the constraint rows with the change equal `values`.
     fn shortest(&mut self, columns: &[f64]) {

@@ -96,6 +96,11 @@ impl ProgramAtState {
 pub(crate) struct Results<'a>(&'a [f64]);
 
 impl<'a> Results<'a> {
+    /// Creates a reader of `numbers`.
+    pub(crate) fn new(numbers: &'a [f64]) -> Self {
+        Self(numbers)
+    }
+
     /// Returns the next `count` numbers; none if fewer are left.
     pub(crate) fn take(&mut self, count: usize) -> &'a [f64] {
         let (first, rest) = self.0.split_at_checked(count).unwrap_or_default();

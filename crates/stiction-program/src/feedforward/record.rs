@@ -97,8 +97,8 @@ impl Feedforward {
         let [a, b]: [Vec<_>; 2] = array(parts(&native.position));
         let [c, d, e]: [Vec<_>; 3] = array(parts(&native.forces));
         let code = (
-            Compiled::new(&[a, b], native.position_slots, true),
-            Compiled::new(&[c, d, e], native.force_slots, true),
+            Compiled::new([a, b], native.position_slots, true),
+            Compiled::new([c, d, e], native.force_slots, true),
         );
         let values_at_home = home.iter().map(|target| target.value).collect();
         let home = (solver.state().coordinates.clone(), values_at_home);

@@ -184,7 +184,7 @@ impl InverseProgram {
             velocities: take(counts.interfaces),
             frictions: take(counts.interfaces),
         };
-        let code = Compiled::new(&stages, slots.count(), machine);
+        let code = Compiled::new(stages, slots.count(), machine);
         let operations = |parts: &[Part]| parts.iter().map(Part::operations).sum();
         let derivatives = DerivativeCode {
             operations: [operations(&preparation), operations(&directions)],

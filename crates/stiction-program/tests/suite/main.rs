@@ -11,3 +11,4 @@ mod forward;
 mod inverse;
 mod kernels;
 mod legs;
+mod simulations;

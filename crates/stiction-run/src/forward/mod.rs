@@ -19,6 +19,7 @@ mod outcome;
 mod page;
 mod plant;
 mod poles;
+mod recorded;
 mod reference;
 mod rows;
 mod run;

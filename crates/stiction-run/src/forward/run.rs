@@ -48,16 +48,21 @@ impl Job<'_> {
         let models = self.models_between(&changes);
         let jobs: Vec<Job<'_>> =
             models.iter().map(|model| Job { model, load: &load, ..self.clone() }).collect();
-        let forwards: Vec<Forward> = jobs
+        let mut forwards: Vec<Forward> = jobs
             .iter()
             .map(|job| Forward::new(job.model.mechanism.clone(), &prescribed(job)))
             .collect();
+        let (state, assembly_notes) = start::state(&jobs[0], &forwards[0])?;
+        let starts = std::iter::once(self.from).chain(changes.iter().map(|change| change.time));
+        let ends = changes.iter().map(|change| change.time).chain([self.until]);
+        for ((job, forward), span) in jobs.iter().zip(&mut forwards).zip(starts.zip(ends)) {
+            job.record_program(forward, &state, span);
+        }
         let mut changed = checkpoint.map_or(0, |point| point.figures.payload_changes);
         if changed > changes.len() {
             return Err(Error::Checkpoint);
         }
         let (mut job, mut forward) = (&jobs[changed], &forwards[changed]);
-        let (state, assembly_notes) = start::state(&jobs[0], &forwards[0])?;
         let start = state.clone();
         let next_change = |changed: usize| changes.get(changed).map_or(f64::INFINITY, |c| c.time);
         let mut acting = Acting::new(job, forward, &start, stopped)?;

@@ -6,13 +6,16 @@
 
 use super::Simulation;
 use crate::forward::Forward;
-use crate::forward::affine_friction::norm;
 use crate::forward::coupling::CERTAIN;
 use crate::forward::instant::Instant;
 use crate::friction::Curve;
 
-/// Motion after which the bound is computed again, rad or characteristic lengths.
+/// Motion after which the bound is computed again, rad or characteristic lengths, at singularity
+/// indices up to [`CLOSE`]. Responses change with the motion in inverse proportion to the index, so
+/// this motion grows with the index, up to [`FAR`] times.
 const LITTLE: f64 = 0.01;
+const CLOSE: f64 = 0.1;
+const FAR: f64 = 5.0;
 /// Turn of a direction of slip after which the bound is computed again, rad.
 const LITTLE_TURN: f64 = 0.1;
 
@@ -32,15 +35,19 @@ impl Simulation<'_> {
     /// one or unknown, the mechanism has moved since, or coefficients of friction change with the
     /// speed or with bristles.
     pub(super) fn needs_bound(&self) -> bool {
-        self.motion_since_bound > LITTLE
+        self.motion_since_bound > self.little()
             || self.now.coupling.is_none_or(|bound| bound > CERTAIN)
             || self.model.has_variable_coefficients()
     }
 
-    /// Counts the change between two directions of slip of a ball or plate as motion.
-    pub(super) fn count_turn(&mut self, from: [f64; 3], to: [f64; 3]) {
-        let turn = norm([0, 1, 2].map(|i| to[i] - from[i]));
-        self.motion_since_bound += turn * (LITTLE / LITTLE_TURN);
+    /// Counts the largest turn, rad, of a direction of slip of a ball or plate as motion.
+    pub(super) fn count_turn(&mut self, turn: f64) {
+        self.motion_since_bound += turn * (self.little() / LITTLE_TURN);
+    }
+
+    /// Returns the motion after which the bound is computed again, rad or characteristic lengths.
+    fn little(&self) -> f64 {
+        LITTLE * (self.now.distance / CLOSE).clamp(1.0, FAR)
     }
 
     /// Adopts the last bound for an instant for which none was computed.

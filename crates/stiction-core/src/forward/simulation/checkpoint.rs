@@ -31,7 +31,7 @@ pub struct Checkpoint {
 }
 
 /// First number of a checkpoint: the version of its format.
-pub(super) const FORMAT: f64 = 13.0;
+pub(super) const FORMAT: f64 = 14.0;
 
 /// Largest valid count. A larger number means that the checkpoint is invalid.
 const COUNTABLE: f64 = 1e15;
@@ -248,6 +248,7 @@ impl<'a> Simulation<'a> {
         tape.numbers(&mut self.longest_of_lower_order);
         tape.number(&mut self.motion_since_bound);
         tape.flag(&mut self.in_passage);
+        tape.flag(&mut self.distrusts_program);
         tape.flag(&mut self.reported_others);
         tape.count(&mut self.reported_shares);
         tape.count(&mut self.stalled);
@@ -349,6 +350,7 @@ impl Forward {
             coarsest: 0.0,
             step: 0.0,
             longest_of_lower_order: [0.0; 2],
+            distrusts_program: false,
             motion_since_bound: 0.0,
             events: checkpoint.events.clone(),
             in_passage: false,

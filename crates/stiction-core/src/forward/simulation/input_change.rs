@@ -37,7 +37,14 @@ impl Simulation<'_> {
         let time = self.now.time;
         let found = match still {
             true => self.watch(time, &y, true, inputs),
-            false => self.evaluate(time, &y, inputs, self.needs_bound()),
+            false => {
+                let measure = self.needs_bound();
+                let distance = (!measure && self.now.redundant == 0).then_some(self.now.distance);
+                match self.evaluate_by_program(time, &y, inputs, distance) {
+                    Some(instant) => Ok(instant),
+                    None => self.evaluate(time, &y, inputs, measure),
+                }
+            }
         };
         self.lists.push(y);
         let mut instant = found.ok()?;

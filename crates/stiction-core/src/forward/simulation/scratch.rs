@@ -7,6 +7,7 @@ use crate::forward::affine_friction::InterfaceMode;
 use crate::forward::data::Data;
 use crate::forward::instant::Instant;
 use crate::forward::project::Projection;
+use crate::forward::recorded::{ProgramBuffers, Recorded};
 use crate::forward::solve::Solved;
 use crate::kinematics::State;
 
@@ -18,11 +19,15 @@ const MOST_SPARE: usize = 8;
 #[derive(Clone, Debug)]
 pub(super) struct Scratch {
     pub(super) situation: Data,
+    /// True if the motion of the bodies in `situation` is that of its state.
+    pub(super) is_placed: bool,
     pub(super) solved: Solved,
     /// Modes for which `solved` contains the solution at the state in `situation`; empty if there
     /// is no solution.
     pub(super) solved_modes: Vec<InterfaceMode>,
     pub(super) projection: Projection,
+    /// Buffers of the recorded program; `None` if the model has no program.
+    pub(super) program: Option<ProgramBuffers>,
     pub(super) loads: LoadPrediction,
     /// Relative error of normal loads that the next evaluation may have, if it exceeds that at the
     /// end of a step.
@@ -51,9 +56,11 @@ impl Scratch {
     pub(super) fn new(model: &Forward) -> Self {
         Self {
             situation: Data::new(model),
+            is_placed: false,
             solved: Solved::default(),
             solved_modes: Vec::new(),
             projection: Projection::new(model),
+            program: model.recorded.as_ref().map(Recorded::buffers),
             loads: LoadPrediction::default(),
             load_tolerance: 0.0,
             conditions_hold: false,

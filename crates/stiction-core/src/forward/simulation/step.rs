@@ -16,7 +16,7 @@ use crate::forward::integrator::{Order, Tolerance};
 
 /// Singularity index below which all stages of a step are projected onto the loop constraints, not
 /// only its end.
-const NEAR_SINGULAR: f64 = 0.2;
+pub(super) const NEAR_SINGULAR: f64 = 0.2;
 
 /// Singularity index below which the start of a motion counts as singular.
 const SINGULAR: f64 = 1e-9;
@@ -255,7 +255,7 @@ impl Simulation<'_> {
     }
 
     /// Accepts a step up to its first event, and returns the reason why the accepted step ends.
-    /// Returns `None` if the step must be repeated at a higher order.
+    /// Returns `None` if the step must be repeated at a higher order, or by the general solver.
     pub(super) fn finish(
         &mut self,
         start: &[f64],
@@ -268,8 +268,10 @@ impl Simulation<'_> {
         let to = if step == end - time { end } else { time + step };
         let mut y = self.list();
         y.clone_from(&self.steps.end);
+        let distrusted = self.distrusts_program;
         let arrived = self.arrive(to, &y, inputs)?;
-        if !self.accepts_end(&arrived, step) {
+        let is_doubtful = self.distrusts_program && !distrusted;
+        if is_doubtful || !self.accepts_end(&arrived, step) {
             self.workspace.spare(arrived);
             self.lists.push(y);
             return Ok(None);
@@ -336,6 +338,7 @@ impl Simulation<'_> {
     /// Sets the stored slip directions of balls and plates to the directions of their present
     /// velocities. Called at the start of a step.
     pub(super) fn update_slip_directions(&mut self) {
+        let mut largest = 0.0_f64;
         for interface in 0..self.modes.len() {
             if let InterfaceMode::Slides(before) = self.modes[interface]
                 && !self.model.parameters.interfaces[interface].shape.has_one_dof()
@@ -345,10 +348,11 @@ impl Simulation<'_> {
                 if speed > REST * self.fastest {
                     let direction = velocity.map(|v| v / speed);
                     self.modes[interface] = InterfaceMode::Slides(direction);
-                    self.count_turn(before, direction);
+                    largest = largest.max(norm([0, 1, 2].map(|i| direction[i] - before[i])));
                 }
             }
         }
+        self.count_turn(largest);
     }
 
     pub(super) fn commit(&mut self, y: &[f64], arrived: Instant) {
@@ -412,7 +416,13 @@ impl Simulation<'_> {
         moved.clear();
         moved.extend_from_slice(y);
         let done = self.onto_the_loops(time, &mut moved, inputs);
-        let arrived = done.and_then(|()| self.evaluate(time, &moved, inputs, measure));
+        let arrived = done.and_then(|()| {
+            let distance = self.workspace.projection.distance_of_loops();
+            match self.evaluate_by_program(time, &moved, inputs, distance.filter(|_| !measure)) {
+                Some(instant) => Ok(instant),
+                None => self.evaluate(time, &moved, inputs, measure),
+            }
+        });
         self.workspace.y = moved;
         arrived
     }
@@ -425,8 +435,9 @@ impl Simulation<'_> {
         inputs: &mut dyn Inputs,
     ) -> Result<(), ForwardError> {
         let model = self.model;
-        let Scratch { situation, solved_modes, projection, .. } = &mut *self.workspace;
+        let Scratch { situation, solved_modes, projection, is_placed, .. } = &mut *self.workspace;
         solved_modes.clear();
+        *is_placed = false;
         let state = &mut situation.state;
         let (coordinates, rest) = y.split_at_mut(state.coordinates.len());
         let rates = &mut rest[..state.rates.len()];
@@ -493,18 +504,11 @@ impl Simulation<'_> {
         }
         let is_factorised = self.is_factorised_at(coordinates, rates);
         self.choose_load_iteration();
-        let Scratch { situation, solved, solved_modes, loads, .. } = &mut *self.workspace;
-        situation.time = time;
-        situation.state.coordinates.copy_from_slice(coordinates);
-        situation.state.rates.copy_from_slice(rates);
-        let bristles = rest.chunks_exact(3).take(self.modes.len());
-        situation.bristles.clear();
-        situation.bristles.extend(bristles.map(|z| [z[0], z[1], z[2]]));
-        situation.input.clone_from(&self.input);
-        let states = rest.len() - self.input.values.len();
-        situation.input.values.copy_from_slice(&rest[states..]);
-        situation.distribution.clone_from(&self.distribution);
+        self.set_situation(time, (coordinates, rates, rest));
+        let Scratch { situation, is_placed, solved, solved_modes, loads, .. } =
+            &mut *self.workspace;
         model.update_data(situation, inputs);
+        *is_placed = true;
         solved_modes.clear();
         let known = Some(loads.at(time));
         let done = match is_factorised {
@@ -526,6 +530,26 @@ impl Simulation<'_> {
         }
     }
 
+    /// Sets time, state, bristle deflections and internal states of the inputs for the next
+    /// evaluation.
+    pub(super) fn set_situation(
+        &mut self,
+        time: f64,
+        (coordinates, rates, rest): (&[f64], &[f64], &[f64]),
+    ) {
+        let Scratch { situation, .. } = &mut *self.workspace;
+        situation.time = time;
+        situation.state.coordinates.copy_from_slice(coordinates);
+        situation.state.rates.copy_from_slice(rates);
+        let bristles = rest.chunks_exact(3).take(self.modes.len());
+        situation.bristles.clear();
+        situation.bristles.extend(bristles.map(|z| [z[0], z[1], z[2]]));
+        situation.input.clone_from(&self.input);
+        let states = rest.len() - self.input.values.len();
+        situation.input.values.copy_from_slice(&rest[states..]);
+        situation.distribution.clone_from(&self.distribution);
+    }
+
     pub(super) fn derivative(
         &mut self,
         time: f64,
@@ -536,6 +560,9 @@ impl Simulation<'_> {
         // Near singular configurations accelerations have poles off the constraint manifold, but
         // not on it.
         let near = self.workspace.crosses.is_some() || self.now.distance < NEAR_SINGULAR;
+        if self.workspace.crosses.is_none() && self.derivative_by_program(time, y, rates, inputs) {
+            return Ok(());
+        }
         // Off the constraint manifold redundant constraints seem independent.
         self.workspace.load_tolerance = AT_STAGES * self.settings.relative;
         let instant = match near || self.now.redundant > 0 {
