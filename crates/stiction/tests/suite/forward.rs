@@ -223,3 +223,32 @@ fn a_simulation_resumes_after_any_sample() {
         }
     }
 }
+
+/// The same for a robot whose controller has so many samples that a program is recorded.
+#[test]
+fn a_simulation_by_a_recorded_program_resumes_after_any_sample() {
+    let robot = Robot::builtin("3rps").unwrap();
+    let request = robot.forward().controller("type = pd; period = 0.1 ms").unwrap();
+    let plan = request.step(0.03).until(0.21).plan().unwrap();
+    let mut checkpoints = Vec::new();
+    let record = |ends: &mut Vec<_>, from: Option<&_>| {
+        plan.record(
+            |_, checkpoint| {
+                ends.push(checkpoint());
+                Ok(())
+            },
+            &|| false,
+            from,
+        )
+        .unwrap()
+    };
+    let whole = record(&mut checkpoints, None);
+    let last = checkpoints.last().unwrap();
+    for checkpoint in &checkpoints {
+        let mut ends = Vec::new();
+        let resumed = record(&mut ends, Some(checkpoint));
+        assert_eq!(resumed.events, whole.events);
+        assert_eq!(resumed.evaluations, whole.evaluations);
+        assert!(ends.last().is_none_or(|end| end == last));
+    }
+}
