@@ -31,7 +31,7 @@ pub struct Checkpoint {
 }
 
 /// First number of a checkpoint: the version of its format.
-pub(super) const FORMAT: f64 = 13.0;
+pub(super) const FORMAT: f64 = 14.0;
 
 /// Largest valid count. A larger number means that the checkpoint is invalid.
 const COUNTABLE: f64 = 1e15;
