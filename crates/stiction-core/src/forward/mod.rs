@@ -15,6 +15,7 @@ mod cash_karp;
 mod classical;
 mod complementarity;
 mod constraint_jacobian;
+mod constraint_rank;
 mod coupling;
 mod data;
 mod dop853;
@@ -71,6 +72,11 @@ use std::sync::Arc;
 
 /// Number of DOFs of the spanning tree from which the sparse solver is faster than the dense one.
 const SPARSE: usize = 25;
+
+/// Returns true if the sparse solver supports the rotors and gearings of a mechanism.
+fn is_suited(rotors: &[Rotor], topology: &Topology) -> bool {
+    rotors.is_empty() && topology.gearings.is_empty()
+}
 
 /// Model of a mechanism for forward dynamics. Immutable.
 ///
@@ -154,10 +160,15 @@ impl Forward {
     pub fn with_tree(mechanism: Mechanism, rule: TreeRule, prescribed: &[usize]) -> Self {
         let with_shafts = mechanism.with_shafts();
         let simulated = with_shafts.as_ref().map_or(&mechanism, |(simulated, _)| simulated);
-        let topology = Arc::new(Topology::with_tree(simulated, rule));
+        let rotors = Rotor::all(simulated);
+        let mut topology = Topology::with_tree(simulated, rule);
+        let is_large = topology.dofs() >= SPARSE;
+        if is_large && rule == TreeRule::Structure && is_suited(&rotors, &topology) {
+            topology = Topology::with_tree(simulated, TreeRule::Held);
+        }
+        let topology = Arc::new(topology);
         let mut parameters = Parameters::new(simulated);
         parameters.interfaces.extend(shaft_friction(simulated));
-        let rotors = Rotor::all(simulated);
         let columns = column_scales(&topology, parameters.length);
         let known = 0..topology.actuators.len();
         let prescribed = prescribed.iter().copied().filter(|a| known.contains(a)).collect();
@@ -173,16 +184,10 @@ impl Forward {
             projections: None,
             recorded: None,
         };
-        if model.is_sparse() {
+        if is_large {
             model.solve_sparsely();
         }
         model
-    }
-
-    /// Returns true if the mechanism has so many DOFs that the sparse solver is faster than the
-    /// dense one.
-    fn is_sparse(&self) -> bool {
-        self.topology.dofs() >= SPARSE
     }
 
     /// Forces the use of the sparse solver for any number of DOFs. Has no effect on mechanisms with
@@ -190,7 +195,7 @@ impl Forward {
     #[doc(hidden)]
     pub fn solve_sparsely(&mut self) {
         let topology = &self.topology;
-        if self.rotors.is_empty() && topology.gearings.is_empty() {
+        if is_suited(&self.rotors, topology) {
             self.closures = Some(Arc::new(Closures::new(topology, Reach::Roots)));
             self.projections = Some(Arc::new(Closures::new(topology, Reach::Loop)));
         }

@@ -143,8 +143,8 @@ impl Forward {
 
     /// Solves the equations of motion for given modes, starting from the normal loads `known`. If
     /// `bound`, also computes the uniqueness bound. Uses the dense solver except for large
-    /// mechanisms: decisions between stick and slip compare accelerations with round-off, which is
-    /// smaller in the dense solution.
+    /// mechanisms and mechanisms without dry friction: decisions between stick and slip compare
+    /// accelerations with round-off, which is smaller in the dense solution.
     pub(super) fn solve(
         &self,
         data: &Data,
@@ -153,7 +153,8 @@ impl Forward {
         bound: bool,
     ) -> Result<Solved, Unsolved> {
         let mut solved = Solved::default();
-        solved.balance.stays_dense = self.topology.dofs() < LARGE;
+        let is_decided = modes.iter().any(|mode| *mode != InterfaceMode::Smooth);
+        solved.balance.stays_dense = is_decided && self.topology.dofs() < LARGE;
         self.solve_into(data, modes, known, bound, &mut solved)?;
         Ok(solved)
     }

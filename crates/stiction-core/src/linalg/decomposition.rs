@@ -19,6 +19,11 @@ pub(crate) const LARGE: usize = 120;
 /// exceed the limit below which values count as zero by this factor, and the limit must exceed the
 /// remainders of dependent columns by this factor.
 const CLEAR: f64 = 10.0;
+/// Safety factor that replaces [`CLEAR`] if all columns are independent and the smallest singular
+/// value exceeds the fraction [`ACCURATE`] of the largest one. No column is dropped then, and the
+/// smallest singular value has at least eight correct digits.
+const CERTAIN: f64 = 1.01;
+const ACCURATE: f64 = 1e-7;
 /// Relative residual at which the iteration for the largest squared singular value stops. The
 /// relative error of the value is of the order of the square of this residual.
 const ACCURACY_OF_LARGEST: f64 = 1e-3;
@@ -271,7 +276,9 @@ impl SparseRank {
             let norm = made.weakest.iter().map(|x| x * x).sum::<f64>().sqrt();
             made.weakest.iter_mut().for_each(|x| *x /= norm);
         }
-        let is_kept = rank == 0 || made.smallest > CLEAR * negligible;
+        let is_accurate = rank == columns && made.smallest > ACCURATE * largest;
+        let clear = if is_accurate { CERTAIN } else { CLEAR };
+        let is_kept = rank == 0 || made.smallest > clear * negligible;
         (is_kept && CLEAR * made.upper.dropped() <= negligible).then_some(made)
     }
 

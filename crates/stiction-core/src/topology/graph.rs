@@ -23,12 +23,14 @@ const GROUND: usize = 0;
 impl Spanning {
     /// Builds the tree described in [`super`]: hubs (bodies at which at least three chains meet)
     /// float, and each chain between hubs is cut at the joint with the lowest `cost`. Joints with
-    /// `keep` are never cut; they must form no loop.
+    /// `keep` are never cut; they must form no loop. `holds` decides whether a chain from a root to
+    /// a hub holds the hub, which then does not float. Its arguments are the joints of the chain
+    /// and the number of chains at the hub. At most one chain holds a hub.
     pub(super) fn by_structure(
         bodies: usize,
         ends: &[(usize, usize)],
-        cost: &[usize],
-        keep: &[bool],
+        (cost, keep): (&[usize], &[bool]),
+        holds: impl Fn(&[usize], usize) -> bool,
     ) -> Self {
         let graph = Graph::new(bodies, ends);
         let distance = graph.distances();
@@ -51,6 +53,7 @@ impl Spanning {
         let is_hub = |body: usize| !is_root(body) && loop_joints(body).count() >= 3;
 
         let mut is_cut = vec![false; ends.len()];
+        let mut is_held = vec![false; bodies];
         let mut walked = vec![false; ends.len()];
         for start in nearest_first.iter().copied().filter(|&b| is_root(b) || is_hub(b)) {
             for first in loop_joints(start).collect::<Vec<_>>() {
@@ -73,13 +76,15 @@ impl Spanning {
                         None => break,
                     }
                 }
+                let reaches_hub = is_root(start) && is_hub(body);
+                if reaches_hub && !is_held[body] && holds(&chain, loop_joints(body).count()) {
+                    is_held[body] = true;
+                    continue;
+                }
                 // Prefer to cut a chain from a root to a hub at the hub, and other chains in the
                 // middle.
-                let preferred = if is_root(start) && is_hub(body) {
-                    chain.len() as f64
-                } else {
-                    0.5 * (chain.len() - 1) as f64
-                };
+                let preferred =
+                    if reaches_hub { chain.len() as f64 } else { 0.5 * (chain.len() - 1) as f64 };
                 let free = chain.iter().enumerate().filter(|(_, joint)| !keep[**joint]);
                 let best = free.min_by(|(i, a), (k, b)| {
                     let off = |i: &usize| (*i as f64 - preferred).abs();
@@ -91,9 +96,9 @@ impl Spanning {
             }
         }
         let mut floating = nearest_first.iter().copied().filter(|&b| is_hub(b)).collect::<Vec<_>>();
-        // If a chain cannot be cut, the hub at its end does not float but becomes a descendant of
-        // this chain.
-        if keep.contains(&true) {
+        // If a chain is not cut, the hub at its end does not float but becomes a descendant of this
+        // chain.
+        if keep.contains(&true) || is_held.contains(&true) {
             let part = graph.components(&is_cut);
             let mut held = vec![part[GROUND]];
             floating.retain(|&hub| {

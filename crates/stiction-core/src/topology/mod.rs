@@ -6,7 +6,8 @@
 //! joint to a parent in the tree. Every leg is then a chain between two such bodies, or between
 //! such a body and the ground, and is independent of the other legs. Each chain is cut at one
 //! joint; the wrench of the cut joint is the unknown of the chain. The cost therefore grows
-//! linearly with the number of legs and loops.
+//! linearly with the number of legs and loops. In large models of forward dynamics, one chain from
+//! the ground holds such a body if possible.
 
 mod graph;
 
@@ -22,6 +23,10 @@ use graph::Spanning;
 pub enum TreeRule {
     /// Tree derived from the structure of the mechanism, for fast computation.
     Structure,
+    /// Tree like [`Self::Structure`] in which bodies do not float if one chain can hold them. The
+    /// tree has fewer degrees of freedom and cut joints, and thin rods without inertia about their
+    /// axis do not float.
+    Held,
     /// Random tree with random floating bodies, computed from this seed. Serves to test that
     /// results do not depend on the choice of the tree.
     Random(u64),
@@ -176,8 +181,19 @@ impl Topology {
             }
         }
         let bodies = mechanism.bodies().len();
+        // A chain with more degrees of freedom than a floating body saves none, and the loops of a
+        // body with many chains would all share the joints of the chain that holds the body. Two
+        // held bodies may close a loop with joints of gearings, which must not be cut.
+        const MANY: usize = 6;
+        let dofs = |&joint: &usize| joints[joint].joint_type.dofs().len();
+        let is_geared = keep.contains(&true);
+        let holds = |chain: &[usize], chains: usize| {
+            !is_geared && chains <= MANY && chain.iter().map(dofs).sum::<usize>() <= 6
+        };
+        let costs = (&cost[..], &keep[..]);
         let spanning = match rule {
-            TreeRule::Structure => Spanning::by_structure(bodies, &ends, &cost, &keep),
+            TreeRule::Structure => Spanning::by_structure(bodies, &ends, costs, |_, _| false),
+            TreeRule::Held => Spanning::by_structure(bodies, &ends, costs, holds),
             TreeRule::Random(seed) => Spanning::random(bodies, &ends, &keep, seed),
         };
         Self::compile(mechanism, ends, &spanning)

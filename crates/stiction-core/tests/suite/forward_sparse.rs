@@ -6,8 +6,9 @@ use crate::common::{along, diagonal, friction, v};
 use stiction_core::forward::{ConstantEfforts, Forward, Instant, Settings, Simulation};
 use stiction_core::joint::JointType;
 use stiction_core::kinematics::{Coordinate, State, Target};
-use stiction_core::mechanism::{BodySpec, JointId, JointSpec, Mechanism, MechanismBuilder};
-use stiction_core::spatial::Pose;
+use stiction_core::mechanism::{BodyId, BodySpec, JointId, JointSpec, Mechanism, MechanismBuilder};
+use stiction_core::spatial::{Mat3, Pose};
+use stiction_core::topology::TreeRule;
 
 /// Computes the largest difference of all results at two instants, relative to the largest value of
 /// each kind.
@@ -38,9 +39,19 @@ fn both(
     mechanism: &Mechanism,
     prescribed: &[usize],
     start: impl Fn(&Forward) -> Option<State<f64>>,
+    check: impl FnMut(&Simulation<'_>, &Simulation<'_>),
+) -> Option<()> {
+    both_with(TreeRule::Structure, (mechanism, prescribed), start, check)
+}
+
+/// Compares like [`both`], with a spanning tree selected by `rule`.
+fn both_with(
+    rule: TreeRule,
+    (mechanism, prescribed): (&Mechanism, &[usize]),
+    start: impl Fn(&Forward) -> Option<State<f64>>,
     mut check: impl FnMut(&Simulation<'_>, &Simulation<'_>),
 ) -> Option<()> {
-    let mut dense = Forward::new(mechanism.clone(), prescribed);
+    let mut dense = Forward::with_tree(mechanism.clone(), rule, prescribed);
     dense.solve_densely();
     let mut sparse = dense.clone();
     sparse.solve_sparsely();
@@ -63,13 +74,19 @@ fn both(
 
 #[test]
 fn random_mechanisms_agree_with_the_dense_solution() {
+    for rule in [TreeRule::Structure, TreeRule::Held] {
+        compare_random_mechanisms(rule);
+    }
+}
+
+fn compare_random_mechanisms(rule: TreeRule) {
     let (mut compared, mut sparse, mut worst) = (0, 0, 0.0_f64);
     for class in CLASSES {
         for seed in 300..312 {
             let (_, case) = case(class, seed, 0.2);
             let start =
                 |model: &Forward| model.assemble(&[], &case.coordinates, &case.targets).ok();
-            let _ = both(&case.mechanism, &[], start, |a, b| {
+            let _ = both_with(rule, (&case.mechanism, &[]), start, |a, b| {
                 if !a.events().is_empty() {
                     // After impacts, the instants of events, and with them all results, contain the
                     // error of the integrator.
@@ -184,7 +201,7 @@ fn rows_of_loops_agree_with_the_dense_solution() {
             .map(|k| {
                 let body = mechanism.bodies().iter().position(|b| b.name == format!("k{k}"));
                 let pose = Pose::at(v(k as f64 - 1.0, 0.0, 0.2));
-                (stiction_core::mechanism::BodyId(body.unwrap()), pose)
+                (BodyId(body.unwrap()), pose)
             })
             .collect();
         let crank = [Coordinate::Joint { joint: JointId(0), dof: 0 }];
@@ -199,5 +216,65 @@ fn rows_of_loops_agree_with_the_dense_solution() {
             assert!(apart < 1e-10, "{count}: {apart:e}");
         });
         assert!(done.is_some());
+    }
+}
+
+/// Creates a row of parallelograms of thin rods without inertia about their axes and without
+/// friction. In a tree in which the vertical rods float, a motion of the tree has no inertia.
+fn thin_row(count: usize) -> Mechanism {
+    let z = v(0.0, 0.0, 1.0);
+    let (origin, tip) = (v(0.0, 0.0, 0.0), v(1.0, 0.0, 0.0));
+    let mut builder = MechanismBuilder::new("thin").gravity(v(0.0, -9.81, 0.0));
+    let rod = |name: String| {
+        let inertia = diagonal(0.0, 1.0 / 12.0, 1.0 / 12.0);
+        BodySpec::new(name).mass(1.0).com(v(0.5, 0.0, 0.0)).inertia(inertia)
+    };
+    let joint = |name: String, from: String, to: String, at, to_at| {
+        JointSpec::new(name, JointType::Revolute, from, to).frames(along(at, z), along(to_at, z))
+    };
+    for k in 0..=count {
+        let (at, upright) = (v(k as f64, 0.0, 0.0), format!("v{k}"));
+        let ground = joint(format!("g{k}"), "ground".into(), upright.clone(), at, origin);
+        builder = builder.body(rod(upright.clone())).joint(ground);
+        if k > 0 {
+            let (before, level) = (format!("v{}", k - 1), format!("h{k}"));
+            builder = builder
+                .body(rod(level.clone()))
+                .joint(joint(format!("a{k}"), before, level.clone(), tip, origin))
+                .joint(joint(format!("b{k}"), level, upright, tip, tip));
+        }
+    }
+    builder.build().unwrap()
+}
+
+#[test]
+fn rows_of_thin_rods_are_solved_sparsely() {
+    for count in [6, 25] {
+        let mechanism = thin_row(count);
+        for angle in [1.6_f64, 0.9, 0.05] {
+            let (c, s) = (angle.cos(), angle.sin());
+            let poses: Vec<_> = (0..=count)
+                .map(|k| (format!("v{k}"), k as f64, 0.0, true))
+                .chain((1..=count).map(|k| (format!("h{k}"), k as f64 - 1.0 + c, s, false)))
+                .map(|(name, x, y, turned)| {
+                    let body = mechanism.bodies().iter().position(|b| b.name == name).unwrap();
+                    let turn = if turned { angle } else { 0.0 };
+                    let rotation = Mat3::rotation(v(0.0, 0.0, 1.0), turn);
+                    (BodyId(body), Pose { rotation, position: v(x, y, 0.0) })
+                })
+                .collect();
+            let crank = [Coordinate::Joint { joint: JointId(0), dof: 0 }];
+            let start =
+                |model: &Forward| model.assemble(&poses, &crank, &[target(angle, -1.0)]).ok();
+            let done = both(&mechanism, &[], start, |a, b| {
+                assert!(b.is_sparse() && !a.is_sparse());
+                let (a, b) = (a.instant(), b.instant());
+                assert_eq!((a.redundant, a.mobility), (3 * count, 1));
+                assert_eq!((b.redundant, b.mobility), (3 * count, 1));
+                let apart = difference(a, b);
+                assert!(apart < 1e-10, "{count} {angle}: {apart:e}");
+            });
+            assert!(done.is_some());
+        }
     }
 }

@@ -30,6 +30,7 @@ pub(super) use response::Response;
 
 use super::Forward;
 use super::constraint_jacobian::ConstraintRows;
+use super::constraint_rank::Contradiction;
 use super::data::Data;
 use crate::linalg::RowSpace;
 use passive_spins::fastest_body;
@@ -220,28 +221,42 @@ impl Balance {
     }
 
     /// Finds a constraint row that no accelerations satisfy: a dependent row whose right-hand side
-    /// contradicts the other rows. Returns the index of the row and its residual for the
-    /// least-squares accelerations, m/s^2 or rad/s^2.
-    pub(super) fn contradiction(&self, model: &Forward, data: &Data) -> Option<(usize, f64)> {
-        let n = model.topology.dofs();
+    /// contradicts the other rows. Requires a dense factorisation.
+    pub(super) fn contradiction(&self, model: &Forward, data: &Data) -> Option<Contradiction> {
         if self.space.rank() == self.rows.rows.len() {
             return None;
         }
         let right: Vec<f64> = self.rows.rows.iter().map(|r| r.right * r.scale).collect();
         let mut nearest = self.space.shortest(&right);
         nearest.iter_mut().zip(&model.columns).for_each(|(a, c)| *a *= c);
-        let each = self.rows.rows.iter().zip(self.rows.matrix.chunks_exact(n.max(1)));
-        let residuals: Vec<f64> =
-            each.map(|(row, entries)| row.scale * (dot(entries, &nearest) - row.right)).collect();
-        // Right-hand sides contain squares of rates. If these squares cancel, the right-hand sides
-        // are round-off relative to the largest squared rate.
-        let fastest = model.fastest(data);
-        let size = right.iter().fold(fastest * fastest, |m, x| m.max(x.abs()));
-        let worst = (0..residuals.len())
-            .max_by(|a, b| residuals[*a].abs().total_cmp(&residuals[*b].abs()))?;
-        let by = residuals[worst].abs();
-        (by > CONTRADICTS * size).then(|| (worst, by / self.rows.rows[worst].scale))
+        contradiction_of((model, data), &self.rows, &nearest)
     }
+}
+
+/// Finds the constraint row with the largest residual if the least-squares accelerations `nearest`
+/// do not satisfy all rows.
+pub(super) fn contradiction_of(
+    (model, data): (&Forward, &Data),
+    rows: &ConstraintRows,
+    nearest: &[f64],
+) -> Option<Contradiction> {
+    let of = (&*model.topology, &model.parameters);
+    let residuals: Vec<f64> = rows
+        .rows
+        .iter()
+        .enumerate()
+        .map(|(k, row)| row.scale * (rows.product(of, &data.bodies, k, nearest) - row.right))
+        .collect();
+    // Right-hand sides contain squares of rates. If these squares cancel, the right-hand sides are
+    // round-off relative to the largest squared rate.
+    let fastest = model.fastest(data);
+    let rights = rows.rows.iter().map(|row| (row.scale * row.right).abs());
+    let size = rights.fold(fastest * fastest, f64::max);
+    let row =
+        (0..residuals.len()).max_by(|a, b| residuals[*a].abs().total_cmp(&residuals[*b].abs()))?;
+    let (by, scale) = (residuals[row].abs(), rows.rows[row].scale);
+    let translates = scale != 1.0;
+    (by > CONTRADICTS * size).then_some(Contradiction { row, by: by / scale, translates })
 }
 
 /// Fills a list with `count` copies of a value, reusing the buffer.

@@ -296,11 +296,14 @@ fn each_pair(
 ) {
     let (topology, of_cut) = (&model.topology, &loops.covectors);
     let mut add = |joint: usize, (a, of_a): (usize, f64), (b, of_b): (usize, f64)| {
+        let mut seconds = [[0.0; BLOCK]; BLOCK];
+        for (second, covector) in seconds.iter_mut().zip(&of_cut[b]) {
+            *second = weighed(model, data, joint, covector);
+        }
         for (i, first) in of_cut[a].iter().enumerate() {
-            let first = weighed(model, data, joint, first);
-            for (j, second) in of_cut[b].iter().enumerate() {
-                let entry = of_a * of_b * dot(&first, &weighed(model, data, joint, second));
-                put(Place { block: a, row: i }, Place { block: b, row: j }, entry);
+            let first = weighed(model, data, joint, first).map(|x| of_a * of_b * x);
+            for (j, second) in seconds[..of_cut[b].len()].iter().enumerate() {
+                put(Place { block: a, row: i }, Place { block: b, row: j }, dot(&first, second));
             }
         }
     };

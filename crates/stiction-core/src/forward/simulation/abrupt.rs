@@ -11,6 +11,7 @@
 use super::packing::parts;
 use super::{Energies, Simulation};
 use crate::forward::Forward;
+use crate::forward::constraint_rank::Contradiction;
 use crate::forward::data::{Data, FrictionDistribution};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::{InputState, Inputs};
@@ -37,10 +38,8 @@ impl Forward {
         if self.topology.closures() == 0 && self.prescribed.is_empty() {
             return Ok(());
         }
-        // The solver reports motions without inertia later.
-        let Ok(balance) = self.balance(situation, &[]) else { return Ok(()) };
-        let Some((row, by)) = balance.contradiction(self, situation) else { return Ok(()) };
-        let translates = balance.rows.rows[row].scale != 1.0;
+        let Some(found) = self.contradiction(situation) else { return Ok(()) };
+        let Contradiction { row, by, translates } = found;
         let what = self.condition(row);
         Err(ForwardError::Blocked { time: situation.time, what, by, translates, at_rest: false })
     }

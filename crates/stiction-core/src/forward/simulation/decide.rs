@@ -200,9 +200,7 @@ impl Simulation<'_> {
         let mut sticks = self.modes.clone();
         sticks[interface] = InterfaceMode::Sticks;
         let mobility = |modes: &[InterfaceMode]| {
-            model
-                .balance(situation, modes)
-                .map_or(0, |balance| balance.mobility(model.topology.dofs()))
+            model.mobility(situation, modes).map_or(0, |(mobility, _)| mobility)
         };
         mobility(&sticks) < mobility(&self.modes)
     }

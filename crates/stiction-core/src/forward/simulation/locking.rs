@@ -80,8 +80,7 @@ impl Simulation<'_> {
 
     /// Returns the number of constraints that remain redundant if no interface sticks.
     pub(super) fn permanently_redundant(&self, situation: &crate::forward::data::Data) -> usize {
-        let model = self.model;
-        model.balance(situation, &[]).map_or(0, |balance| balance.redundant())
+        self.model.mobility(situation, &[]).map_or(0, |(_, redundant)| redundant)
     }
 
     /// Sets the accelerations of locked degrees of freedom to zero.
