@@ -303,30 +303,28 @@ fn by_normal_matrix(
     })
 }
 
-/// Computes the damped step from the triangular factor `R` of the stacked matrices `J` and
-/// `sqrt(d) 1`, with `R^T R = J^T J + d 1`. For a wide `J`, uses the transpose of `J` in place of
-/// `J`. For chains of bodies and rows of loops, the cost grows linearly with their length. Returns
-/// `None` if the step is not finite or `R` is singular.
+/// Computes the damped step from the triangular factor of the stacked matrices `J` and `sqrt(d) 1`,
+/// with the errors as their last column. For chains of bodies, rows of loops and legs, the cost
+/// grows linearly with their number. Returns `None` if the step is not finite or the factor is
+/// singular.
 fn by_triangular_factor(
     jacobian: &SparseMatrix,
     errors: &DVector<f64>,
     damping: f64,
     order: &OnceCell<ColumnOrder>,
 ) -> Option<DVector<f64>> {
-    let is_wide = jacobian.nrows() < jacobian.ncols();
-    let transposed = is_wide.then(|| jacobian.transpose());
-    let narrow = transposed.as_ref().unwrap_or(jacobian);
-    let (rows, columns) = (narrow.nrows(), narrow.ncols());
+    let (rows, columns) = (jacobian.nrows(), jacobian.ncols());
     let damped = (0..columns).map(|k| (rows + k, k, damping.sqrt()));
-    let matrix = SparseMatrix::new((rows + columns, columns), narrow.entries().chain(damped));
+    let stacked = || jacobian.entries().chain(damped.clone());
     // Any column order is correct; an order chosen for a pattern with more zeros may be slower.
-    let order = order.get_or_init(|| ColumnOrder::one_by_one(&matrix));
+    let order = order.get_or_init(|| {
+        let matrix = SparseMatrix::new((rows + columns, columns), stacked());
+        ColumnOrder::one_by_one(&matrix).followed_by_one()
+    });
+    let right = errors.iter().enumerate().map(|(row, error)| (row, columns, -error));
+    let matrix = SparseMatrix::new((rows + columns, columns + 1), stacked().chain(right));
     let factor = SparseQr::new(&matrix, order, 0.0);
-    let inverse = |right: Vec<f64>| factor.solve(&factor.solve_transposed(right));
-    let step = match is_wide {
-        true => narrow.times(&inverse(errors.as_slice().to_vec())),
-        false => inverse(narrow.transposed_times(errors.as_slice())),
-    };
-    let is_finite = factor.dependent().is_empty() && step.iter().all(|x| x.is_finite());
-    is_finite.then(|| -DVector::from_vec(step))
+    let step = factor.solution_for_last();
+    let is_regular = factor.dependent().iter().all(|column| *column == columns);
+    (is_regular && step.iter().all(|x| x.is_finite())).then(|| DVector::from_vec(step))
 }

@@ -54,6 +54,15 @@ impl ColumnOrder {
     pub(crate) fn one_by_one(matrix: &SparseMatrix) -> Self {
         Self::new(matrix, &(0..matrix.ncols()).collect::<Vec<_>>())
     }
+
+    /// Adds one column, which is eliminated last.
+    pub(crate) fn followed_by_one(mut self) -> Self {
+        let step = self.steps.last().map_or(0, |last| last + 1);
+        self.places.push(self.columns.len());
+        self.columns.push(self.columns.len());
+        self.steps.push(step);
+        self
+    }
 }
 
 /// Triangular factor `R` of a sparse matrix, with rows in the order of elimination.
@@ -218,6 +227,21 @@ impl SparseQr {
             entries.for_each(|(column, value)| x[column] -= value * y[row]);
         }
         y
+    }
+
+    /// Computes the least-squares solution of the equations whose matrix is the factorised one
+    /// without its last column; this column is their right-hand side and must be eliminated last.
+    pub(crate) fn solution_for_last(&self) -> Vec<f64> {
+        let last = self.columns - 1;
+        let mut x = vec![0.0; self.columns];
+        x[last] = -1.0;
+        for row in (0..self.rank()).rev().filter(|row| self.pivots[*row] != last) {
+            let mut entries = self.row(row);
+            let Some((pivot, diagonal)) = entries.next() else { continue };
+            x[pivot] = -entries.map(|(column, value)| value * x[column]).sum::<f64>() / diagonal;
+        }
+        x.truncate(last);
+        x
     }
 
     /// Computes a basis of the null space, with one vector for each dependent column. Each vector
