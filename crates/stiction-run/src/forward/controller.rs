@@ -9,6 +9,7 @@ use nalgebra::{DMatrix, DVector};
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, Settings};
 use stiction_core::forward::Forward;
 use stiction_core::kinematics::{Bodies, Coordinate, State, Target};
+use stiction_core::topology::TreeRule;
 use stiction_format::{Control, ControlType, FrictionFeed, ModelFile};
 
 /// Gains and effort limit of the controller of one actuator.
@@ -284,7 +285,8 @@ fn mass_matrix(model: &mut InverseDynamics, motors: &Motors) -> Result<DMatrix<f
     let (bodies, actuators) = (model.bodies().clone(), model.mechanism().actuators());
     // The state refers to the spanning tree of the model without friction. With friction, the
     // spanning tree may also contain motor shafts.
-    let forward = Forward::new(model.mechanism().without_friction(), &[]);
+    let mechanism = model.mechanism().without_friction();
+    let forward = Forward::with_tree(mechanism, TreeRule::Structure, &[]);
     let mut targets: Vec<Target<f64>> = actuators
         .map(|(joint, dof)| Target {
             rate: 0.0,

@@ -2,7 +2,7 @@
 //!
 //! Equation (R5) of the book's theory.
 
-use super::map::FrictionMap;
+use super::map::{Couplings, FrictionMap};
 use super::outer::greatest_frictions;
 use crate::linalg::Svd;
 use core::cell::OnceCell;
@@ -68,7 +68,7 @@ pub(super) struct Demand {
 /// computed once and shared by all [`Demand`]s at a configuration.
 #[derive(Default)]
 pub(super) struct LoadBounds {
-    couplings: OnceCell<DMatrix<f64>>,
+    couplings: OnceCell<Couplings>,
 }
 
 /// Distribution of friction over the interfaces, with a lower bound that shows how close it is to
@@ -344,7 +344,7 @@ fn greatest_insufficient(
         rest.iter().copied().collect::<Vec<f64>>()
     };
     let plain_loads: Vec<f64> = (0..map.interfaces()).map(|c| map.load_without(c)).collect();
-    let plain = bounds.couplings.get_or_init(|| map.couplings(&[]));
+    let plain = bounds.couplings.get_or_init(|| map.couplings());
     let least: Vec<f64> = match known.iter().any(|x| *x != 0.0) {
         true => known.iter().zip(without_effect(known)).map(|(a, b)| a - b).collect(),
         false => {
@@ -355,7 +355,7 @@ fn greatest_insufficient(
     };
     let bound_loads = map.loads(&least);
     let reached: Vec<&[f64]> = svd.u.as_slice().chunks_exact(map.len()).take(rank).collect();
-    let bound = &map.couplings(&reached);
+    let bound = &map.couplings_without(plain, &reached);
     let falls_short = |part: f64| {
         let frictions = [(&plain_loads, plain), (&bound_loads, bound)]
             .map(|(loads, couplings)| greatest_frictions(map, loads, couplings, part));

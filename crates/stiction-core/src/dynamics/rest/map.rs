@@ -6,7 +6,7 @@ use crate::dynamics::settings::{FrictionMode, Settings};
 use crate::friction::{NormalLoadMap, OwnFriction};
 use crate::friction_problem::normal_load::normal_load;
 use crate::kinematics::Bodies;
-use crate::parameters::Parameters;
+use crate::parameters::{InterfaceParameters, Parameters};
 use crate::spatial::Wrench;
 use nalgebra::DMatrix;
 
@@ -23,6 +23,20 @@ pub(super) struct FrictionMap<'a> {
     responses: &'a Responses,
     /// True if friction changes normal forces.
     coupled: bool,
+}
+
+/// Bounds of the influence of friction on normal forces, see [`FrictionMap::couplings`].
+pub(super) struct Couplings {
+    pub(super) matrix: DMatrix<f64>,
+    /// True if no friction changes a normal force.
+    pub(super) is_zero: bool,
+}
+
+impl Couplings {
+    fn new(matrix: DMatrix<f64>) -> Self {
+        let is_zero = matrix.iter().all(|entry| *entry == 0.0);
+        Self { matrix, is_zero }
+    }
 }
 
 impl<'a> FrictionMap<'a> {
@@ -112,35 +126,66 @@ impl<'a> FrictionMap<'a> {
             .collect()
     }
 
-    /// Returns a matrix of bounds of the influence of friction on normal forces. Entry (i, j)
-    /// bounds the change of the normal force at interface i due to a friction of one newton at
-    /// interface j in any direction, excluding the component of this friction in the span of the
-    /// orthonormal vectors `without`. The bound does not depend on the initial friction, because
-    /// normal forces are norms of the reaction, up to constants.
-    pub(super) fn couplings(&self, without: &[&[f64]]) -> DMatrix<f64> {
+    /// Returns bounds of the influence of friction on normal forces. Entry (i, j) bounds the change
+    /// of the normal force at interface i due to a friction of one newton at interface j in any
+    /// direction. The bound does not depend on the initial friction, because normal forces are
+    /// norms of the reaction, up to constants.
+    pub(super) fn couplings(&self) -> Couplings {
         let count = self.interfaces();
         let mut matrix = DMatrix::zeros(count, count);
-        if !self.coupled || without.len() == self.len() {
-            return matrix;
+        if self.coupled {
+            (0..count).for_each(|owner| self.bound_column(owner, (&[], &[]), &mut matrix));
         }
-        for i in 0..count {
+        Couplings::new(matrix)
+    }
+
+    /// Returns the bounds [`Self::couplings`], here `plain`, without the component of each friction
+    /// in the span of the orthonormal vectors `without`.
+    pub(super) fn couplings_without(&self, plain: &Couplings, without: &[&[f64]]) -> Couplings {
+        let count = self.interfaces();
+        if !self.coupled || without.len() == self.len() {
+            return Couplings::new(DMatrix::zeros(count, count));
+        }
+        let mut matrix = plain.matrix.clone();
+        // For each interface and each vector, the change of the wrench that this friction causes.
+        let of_interface = |content: &InterfaceParameters<f64>| -> Vec<Wrench<f64>> {
+            without.iter().map(|vector| self.change(content.joint, vector)).collect()
+        };
+        let removed: Vec<_> = self.parameters.interfaces.iter().map(of_interface).collect();
+        for owner in 0..count {
+            let mut own = self.responses.components(owner);
+            if own.any(|k| without.iter().any(|vector| vector[k] != 0.0)) {
+                self.bound_column(owner, (without, &removed), &mut matrix);
+            }
+        }
+        Couplings::new(matrix)
+    }
+
+    /// Computes the column of an interface in the matrix of [`Self::couplings_without`]. `removed`
+    /// contains, for each interface, the changes of its wrench that frictions equal to the vectors
+    /// `without` cause.
+    fn bound_column(
+        &self,
+        owner: usize,
+        (without, removed): (&[&[f64]], &[Vec<Wrench<f64>>]),
+        matrix: &mut DMatrix<f64>,
+    ) {
+        for i in 0..self.interfaces() {
             let content = &self.parameters.interfaces[i];
             let (map, joint, own) = (content.load.seminorm(), content.joint, self.own(i));
-            let removed: Vec<Wrench<f64>> =
-                without.iter().map(|vector| self.change(joint, vector)).collect();
-            for (k, owner) in self.owners().enumerate() {
+            let mut bound = 0.0;
+            for k in self.responses.components(owner) {
                 let mut change = self.responses.wrench(k, joint);
                 let mut friction = if own == Some(k) { 1.0 } else { 0.0 };
-                for (vector, removed) in without.iter().zip(&removed) {
-                    change += *removed * -vector[k];
+                for (place, vector) in without.iter().enumerate() {
+                    change += removed[i][place] * -vector[k];
                     friction -= own.map_or(0.0, |own| vector[own] * vector[k]);
                 }
                 // Follows from the triangle and Cauchy-Schwarz inequalities.
-                let most = self.load_of(i, &map, change, friction);
-                matrix[(i, owner)] = f64::hypot(matrix[(i, owner)], most);
+                bound = f64::hypot(bound, self.load_of(i, &map, change, friction));
             }
+            matrix[(i, owner)] = bound;
         }
-        matrix
     }
 
     fn change(&self, joint: usize, frictions: &[f64]) -> Wrench<f64> {

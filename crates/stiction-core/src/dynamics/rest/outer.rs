@@ -2,7 +2,7 @@
 //!
 //! Equations (R2) and (R3) of the book's theory.
 
-use super::map::FrictionMap;
+use super::map::{Couplings, FrictionMap};
 use crate::friction_problem::uniqueness::radius_bound;
 use nalgebra::{DMatrix, DVector};
 
@@ -18,7 +18,7 @@ use nalgebra::{DMatrix, DVector};
 pub(super) fn greatest_frictions(
     map: &FrictionMap<'_>,
     loads: &[f64],
-    couplings: &DMatrix<f64>,
+    couplings: &Couplings,
     part: f64,
 ) -> Option<Vec<[f64; 2]>> {
     let count = map.interfaces();
@@ -26,16 +26,22 @@ pub(super) fn greatest_frictions(
         let [forward, backward] = map.coefficients(interface);
         part * forward.max(backward)
     };
-    let coupled = DMatrix::from_fn(count, count, |i, j| coefficient(i) * couplings[(i, j)]);
-    // The transpose has the same spectral radius.
-    if radius_bound(coupled.as_slice(), count, &mut Default::default()) >= 1.0 {
-        return None;
-    }
     let alone = |interface: usize| {
         if map.rests(interface) { coefficient(interface) * loads[interface] } else { 0.0 }
     };
     let constants = DVector::from_fn(count, |interface, _| alone(interface));
-    let greatest = fixed_point(coupled, &constants)?;
+    let greatest = match couplings.is_zero {
+        true => constants,
+        false => {
+            let Couplings { matrix, .. } = couplings;
+            let coupled = DMatrix::from_fn(count, count, |i, j| coefficient(i) * matrix[(i, j)]);
+            // The transpose has the same spectral radius.
+            if radius_bound(coupled.as_slice(), count, &mut Default::default()) >= 1.0 {
+                return None;
+            }
+            fixed_point(coupled, &constants)?
+        }
+    };
     let sound = greatest.iter().all(|x| x.is_finite() && *x >= -1e-12 * greatest.amax());
     let limit = |(interface, greatest): (usize, &f64)| {
         let [forward, backward] = map.coefficients(interface);
@@ -71,7 +77,7 @@ fn fixed_point(coupled: DMatrix<f64>, constants: &DVector<f64>) -> Option<DVecto
 pub(super) fn outer_changes(map: &FrictionMap<'_>, efforts: usize) -> Option<Vec<(f64, f64)>> {
     let loads: Vec<f64> =
         (0..map.interfaces()).map(|interface| map.load_without(interface)).collect();
-    let couplings = map.couplings(&[]);
+    let couplings = map.couplings();
     let greatest = greatest_frictions(map, &loads, &couplings, 1.0)?;
     let owners: Vec<usize> = map.owners().collect();
     let bounds = (0..efforts).map(|actuator| {
