@@ -72,11 +72,9 @@ use std::sync::Arc;
 
 /// Number of DOFs of the spanning tree from which the sparse solver is faster than the dense one.
 const SPARSE: usize = 25;
-
-/// Returns true if the sparse solver supports the rotors and gearings of a mechanism.
-fn is_suited(rotors: &[Rotor], topology: &Topology) -> bool {
-    rotors.is_empty() && topology.gearings.is_empty()
-}
+/// Number of DOFs of the spanning tree from which bodies that one chain can hold do not float. The
+/// trees of smaller models are those of inverse dynamics.
+const HELD: usize = 60;
 
 /// Model of a mechanism for forward dynamics. Immutable.
 ///
@@ -153,7 +151,11 @@ impl Forward {
     /// [`Mechanism::actuators`], of actuators whose coordinate is a given function of time; all
     /// other actuators exert efforts. Indices without an actuator are ignored.
     pub fn new(mechanism: Mechanism, prescribed: &[usize]) -> Self {
-        Self::with_tree(mechanism, TreeRule::Structure, prescribed)
+        let model = Self::with_tree(mechanism, TreeRule::Structure, prescribed);
+        match model.closures.is_some() && model.topology.dofs() >= HELD {
+            true => Self::with_tree(model.mechanism, TreeRule::Held, prescribed).made_sparse(),
+            false => model,
+        }
     }
 
     /// Creates the model like [`Self::new`], with a spanning tree selected by `rule`.
@@ -161,12 +163,8 @@ impl Forward {
         let with_shafts = mechanism.with_shafts();
         let simulated = with_shafts.as_ref().map_or(&mechanism, |(simulated, _)| simulated);
         let rotors = Rotor::all(simulated);
-        let mut topology = Topology::with_tree(simulated, rule);
+        let topology = Arc::new(Topology::with_tree(simulated, rule));
         let is_large = topology.dofs() >= SPARSE;
-        if is_large && rule == TreeRule::Structure && is_suited(&rotors, &topology) {
-            topology = Topology::with_tree(simulated, TreeRule::Held);
-        }
-        let topology = Arc::new(topology);
         let mut parameters = Parameters::new(simulated);
         parameters.interfaces.extend(shaft_friction(simulated));
         let columns = column_scales(&topology, parameters.length);
@@ -190,12 +188,19 @@ impl Forward {
         model
     }
 
+    /// Uses the sparse solver, also if a tree with fewer DOFs than that of the first choice has too
+    /// few for the automatic choice.
+    fn made_sparse(mut self) -> Self {
+        self.solve_sparsely();
+        self
+    }
+
     /// Forces the use of the sparse solver for any number of DOFs. Has no effect on mechanisms with
     /// rotors or gearings, which the sparse solver does not support.
     #[doc(hidden)]
     pub fn solve_sparsely(&mut self) {
         let topology = &self.topology;
-        if is_suited(&self.rotors, topology) {
+        if self.rotors.is_empty() && topology.gearings.is_empty() {
             self.closures = Some(Arc::new(Closures::new(topology, Reach::Roots)));
             self.projections = Some(Arc::new(Closures::new(topology, Reach::Loop)));
         }

@@ -9,7 +9,7 @@ pub(crate) type Part = [f64; BLOCK];
 /// Square block of a matrix, stored in row-major order.
 pub(crate) type Block = [Part; BLOCK];
 
-const NOTHING: Block = [[0.0; BLOCK]; BLOCK];
+pub(super) const NOTHING: Block = [[0.0; BLOCK]; BLOCK];
 const UNIT: Block = {
     let mut unit = NOTHING;
     let mut i = 0;
@@ -270,7 +270,7 @@ impl BlockCholesky {
 /// Computes the inverse of the lower Cholesky factor of the first `size` rows and columns of a block;
 /// `None` if a pivot does not exceed `least` or is not finite.
 #[inline(always)]
-fn inverse_factor(block: &Block, size: usize, least: f64) -> Option<Block> {
+pub(super) fn inverse_factor(block: &Block, size: usize, least: f64) -> Option<Block> {
     let (mut left, mut inverse) = (*block, UNIT);
     let size = size.min(BLOCK);
     for j in 0..size {
@@ -347,7 +347,7 @@ fn subtract_product(from: &mut Block, columns: usize, (a, b): (&Block, &Block), 
 
 /// Computes the product of the transpose of a lower triangular block and a vector, of which the first
 /// components are given; the others are zero.
-fn upper_times(lower: &Block, x: &[f64]) -> Part {
+pub(super) fn upper_times(lower: &Block, x: &[f64]) -> Part {
     let mut product = [0.0; BLOCK];
     for (row, amount) in lower.iter().zip(x) {
         (0..BLOCK).for_each(|i| product[i] += row[i] * amount);

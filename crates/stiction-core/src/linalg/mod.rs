@@ -4,6 +4,7 @@
 mod blocks;
 mod decomposition;
 mod elimination_order;
+mod hub_cholesky;
 mod lanczos;
 mod plan;
 mod row_space;
@@ -14,9 +15,12 @@ mod static_lu;
 mod svd;
 mod twofold;
 
-pub(crate) use blocks::{BLOCK, BlockCholesky, Part, Slot, add_outer, add_outer_products, dot};
+pub(crate) use blocks::{
+    BLOCK, Block, BlockCholesky, Part, Slot, add_outer, add_outer_products, dot,
+};
 pub(crate) use decomposition::to_dense;
 pub use decomposition::{Decomposition, Limit, SparseVector};
+pub(crate) use hub_cholesky::HubCholesky;
 pub(crate) use lanczos::Lanczos;
 pub(crate) use plan::{Entry, Plan, RankDeficient, Scales};
 pub(crate) use row_space::RowSpace;

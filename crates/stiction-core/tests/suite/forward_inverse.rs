@@ -4,6 +4,7 @@
 use crate::common::random::*;
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseError};
 use stiction_core::forward::{EventKind, Forward, Inputs, View};
+use stiction_core::topology::TreeRule;
 
 struct Given {
     drives: Vec<f64>,
@@ -38,7 +39,8 @@ fn efforts_of_inverse_dynamics_cause_the_prescribed_accelerations() {
             }
             let forces = solver.forces().clone();
             let mut given = Given { drives: forces.efforts.clone(), loads: case.loads.clone() };
-            let model = Forward::new(case.mechanism.clone(), &[]);
+            // The state is that of the spanning tree of inverse dynamics.
+            let model = Forward::with_tree(case.mechanism.clone(), TreeRule::Structure, &[]);
             let state = solver.state().clone();
             let fine = stiction_core::forward::Settings::default();
             let simulation = model

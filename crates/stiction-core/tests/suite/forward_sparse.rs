@@ -41,21 +41,19 @@ fn both(
     start: impl Fn(&Forward) -> Option<State<f64>>,
     check: impl FnMut(&Simulation<'_>, &Simulation<'_>),
 ) -> Option<()> {
-    both_with(TreeRule::Structure, (mechanism, prescribed), start, check)
+    compare(Forward::new(mechanism.clone(), prescribed), start, check)
 }
 
-/// Compares like [`both`], with a spanning tree selected by `rule`.
-fn both_with(
-    rule: TreeRule,
-    (mechanism, prescribed): (&Mechanism, &[usize]),
+/// Compares like [`both`], with the spanning tree of a given model.
+fn compare(
+    mut dense: Forward,
     start: impl Fn(&Forward) -> Option<State<f64>>,
     mut check: impl FnMut(&Simulation<'_>, &Simulation<'_>),
 ) -> Option<()> {
-    let mut dense = Forward::with_tree(mechanism.clone(), rule, prescribed);
     dense.solve_densely();
     let mut sparse = dense.clone();
     sparse.solve_sparsely();
-    let mut inputs = ConstantEfforts(vec![0.3; mechanism.actuators().count()]);
+    let mut inputs = ConstantEfforts(vec![0.3; dense.mechanism().actuators().count()]);
     let at = start(&dense)?;
     let a = dense.start(0.0, at.clone(), Settings::default(), &mut inputs);
     let b = sparse.start(0.0, at, Settings::default(), &mut inputs);
@@ -86,7 +84,8 @@ fn compare_random_mechanisms(rule: TreeRule) {
             let (_, case) = case(class, seed, 0.2);
             let start =
                 |model: &Forward| model.assemble(&[], &case.coordinates, &case.targets).ok();
-            let _ = both_with(rule, (&case.mechanism, &[]), start, |a, b| {
+            let model = Forward::with_tree(case.mechanism.clone(), rule, &[]);
+            let _ = compare(model, start, |a, b| {
                 if !a.events().is_empty() {
                     // After impacts, the instants of events, and with them all results, contain the
                     // error of the integrator.
@@ -276,5 +275,81 @@ fn rows_of_thin_rods_are_solved_sparsely() {
             });
             assert!(done.is_some());
         }
+    }
+}
+
+/// Creates a platform on legs of universal, prismatic and spherical joints; all prismatic joints
+/// are actuated, and their coordinates are zero at home.
+fn platform(legs: usize) -> Mechanism {
+    let mut builder = MechanismBuilder::new("platform")
+        .gravity(v(0.0, 0.0, -9.81))
+        .body(BodySpec::new("platform").mass(10.0).inertia(diagonal(0.2, 0.2, 0.4)));
+    let origin = Pose::identity();
+    for k in 0..legs {
+        // Regular places would be singular for the first six legs.
+        let angle = |part: f64| {
+            let off = 0.4 * (1.7 * k as f64 + 9.0 * part).sin();
+            core::f64::consts::TAU * (k as f64 + part + off) / legs as f64
+        };
+        let side = if k % 2 == 0 { 0.35 } else { -0.35 };
+        let (foot, tip) = (angle(side), angle(-side));
+        let foot = v(0.45 * foot.cos(), 0.45 * foot.sin(), 0.0);
+        let tip = v(0.2 * tip.cos(), 0.2 * tip.sin(), 0.05 * (k % 3) as f64);
+        let leg = tip + v(0.0, 0.0, 0.55) - foot;
+        // The axes of the universal joint, z and x, are perpendicular to the leg.
+        let (along_leg, z) = (v(0.0, 1.0, 0.0), v(0.0, 0.0, 1.0));
+        let rotation = Mat3::between(along_leg, leg * (1.0 / leg.norm()));
+        let slide =
+            Pose { rotation: Mat3::between(z, along_leg), position: along_leg * leg.norm() };
+        let rod = |name: &str, mass, com| {
+            let inertia = diagonal(0.02, 0.03, 0.001);
+            BodySpec::new(format!("{name}{k}")).mass(mass).com(com).inertia(inertia)
+        };
+        let names = [format!("lower{k}"), format!("upper{k}")];
+        let joint = |name: &str, joint_type, from: &str, to: &str| {
+            JointSpec::new(format!("{name}{k}"), joint_type, from, to)
+        };
+        builder = builder
+            .body(rod("lower", 3.0, along_leg * 0.15))
+            .body(rod("upper", 1.0, z * -0.15))
+            .joint(
+                joint("u", JointType::Universal, "ground", &names[0])
+                    .frames(Pose { rotation, position: foot }, origin),
+            )
+            .joint(
+                joint("p", JointType::Prismatic, &names[0], &names[1])
+                    .frames(slide, origin)
+                    .actuated(),
+            )
+            .joint(
+                joint("s", JointType::Spherical, &names[1], "platform")
+                    .frames(origin, Pose::at(tip)),
+            );
+    }
+    builder.build().unwrap()
+}
+
+/// With prescribed legs, the equations of these legs alone are singular.
+#[test]
+fn platforms_on_many_legs_agree_with_the_dense_solution() {
+    for (legs, prescribed) in [(8, 0), (8, 2), (13, 0), (13, 5)] {
+        let mechanism = platform(legs);
+        let coordinates: Vec<_> =
+            (0..6).map(|k| Coordinate::Joint { joint: JointId(3 * k + 1), dof: 0 }).collect();
+        let targets: Vec<_> = (0..6)
+            .map(|k| target(0.0, if k < prescribed { 0.0 } else { 0.02 * k as f64 }))
+            .collect();
+        let prescribed: Vec<usize> = (0..prescribed).collect();
+        let home = [(BodyId(1), Pose::at(v(0.0, 0.0, 0.55)))];
+        let start = |model: &Forward| model.assemble(&home, &coordinates, &targets).ok();
+        let done = both(&mechanism, &prescribed, start, |a, b| {
+            assert!(b.is_sparse() && !a.is_sparse());
+            let (a, b) = (a.instant(), b.instant());
+            assert_eq!((a.redundant, a.mobility), (0, 6 - prescribed.len()));
+            assert_eq!((b.redundant, b.mobility), (0, 6 - prescribed.len()));
+            let apart = difference(a, b);
+            assert!(apart < 1e-10, "{legs}: {apart:e}");
+        });
+        assert!(done.is_some(), "{legs}");
     }
 }

@@ -51,11 +51,15 @@ impl Job<'_> {
         let settings = Settings::default();
         let solver =
             InverseDynamics::new(mechanism.clone(), &poses, &coordinates, &signal[0], settings);
+        let Ok(solver) = solver else { return };
+        // Large models of forward dynamics have other spanning trees.
+        let sizes = |state: &State<f64>| [state.coordinates.len(), state.rates.len()];
+        if sizes(solver.state()) != sizes(start) {
+            return;
+        }
         let mut loads: Vec<AppliedLoad<f64>> = self.load.at(from).collect();
         loads.extend(self.load.laws.iter().map(|law| law.load(0.0)));
-        if let Ok(solver) = solver
-            && let Ok(program) = ForwardProgram::record(&solver, &signal, &loads)
-        {
+        if let Ok(program) = ForwardProgram::record(&solver, &signal, &loads) {
             forward.use_program(Arc::new(program), &coordinates, &loads);
         }
     }

@@ -17,8 +17,9 @@ use crate::forward::time_stepping::StepStart;
 use crate::kinematics::{Bodies, State};
 
 impl Forward {
-    /// Starts a simulation at `time`, s, from a state of the spanning tree. The state is first
-    /// projected onto the loop constraints.
+    /// Starts a simulation at `time`, s, from a state of the spanning tree of this model, such as
+    /// that of [`Forward::assemble`]. The state is first projected onto the loop constraints. The
+    /// spanning tree of inverse dynamics may be another one.
     ///
     /// # Errors
     /// See [`ForwardError`].

@@ -5,12 +5,14 @@
 //! Jacobian, and the diagonal matrix `W` contains one for each DOF that may change and zero for all
 //! other DOFs. For accelerations, `V` is the constraint Jacobian after forward elimination of the
 //! tree, and `W` is the diagonal matrix of the inverse pivots. The rows of one cut joint form a
-//! block; `S` couples two blocks only if their loops share bodies. If constraints are redundant,
+//! block; `S` couples two blocks only if their loops share bodies. Many loops that share a single
+//! body are decomposed in a particular form, see [`System`]. If constraints are redundant,
 //! `S` is singular. A small multiple of a definite matrix is then added; the pivots of the sum show
 //! which rows are dependent, and iterative refinement removes the error.
 
+use super::system::System;
 use crate::forward::constraint_jacobian::ConstraintRow;
-use crate::linalg::{BLOCK, BlockCholesky, Part, Slot, add_outer, dot};
+use crate::linalg::{BLOCK, Part, Slot, add_outer, dot};
 use crate::topology::{Role, Topology};
 
 /// Fraction of the largest diagonal entry below which the diagonal entry of a row counts as
@@ -69,7 +71,8 @@ pub(in crate::forward) struct Closures {
     /// the node, in ascending order.
     blocks: Vec<usize>,
     /// For each node, the index in `slots` at which the list of the node starts. The list contains
-    /// the slot of `matrix` for each pair of blocks in the list of the node in `blocks`.
+    /// the slot of `matrix` for each pair of blocks in the list of the node in `blocks`; it is
+    /// empty for a hub.
     pairs: Vec<usize>,
     slots: Vec<Slot>,
     /// For each DOF, the start of its column in `values`.
@@ -84,7 +87,7 @@ pub(in crate::forward) struct Closures {
     weights: Vec<f64>,
     /// Diagonal of the added definite matrix, scaled like the system.
     diagonal: Vec<Part>,
-    matrix: BlockCholesky,
+    matrix: System,
     /// Factor of the added definite matrix; zero if no matrix is added.
     pub(in crate::forward) added: f64,
     /// Number of independent rows.
@@ -124,12 +127,10 @@ impl Closures {
             blocks.extend_from_slice(own);
             starts.push(blocks.len());
         }
-        let meetings = of_node.iter().flat_map(|own| {
-            own.iter().enumerate().flat_map(move |(k, a)| own[..k].iter().map(move |b| (*a, *b)))
-        });
-        let matrix = BlockCholesky::new(topology.cuts.len(), meetings);
+        let matrix = System::new(topology.cuts.len(), &of_node);
         let (mut pairs, mut slots) = (vec![0], Vec::new());
-        for own in &of_node {
+        for (node, own) in of_node.iter().enumerate() {
+            let own = if matrix.is_hub(node) { &[][..] } else { own };
             for (k, a) in own.iter().enumerate() {
                 slots.extend(own[..=k].iter().filter_map(|b| matrix.slot(*a, *b)));
             }
@@ -228,7 +229,7 @@ impl Closures {
         }
         self.matrix.restore();
         self.add_definite(definite);
-        self.matrix.factor() && self.count_independent(true)
+        self.matrix.factor_above(0.0) && self.count_independent(true)
     }
 
     /// Computes the matrix of the system from the scaled rows.
@@ -242,6 +243,13 @@ impl Closures {
                 continue;
             }
             let own = &self.values[self.firsts[d]..self.firsts[d] + count];
+            if self.matrix.is_hub(node) {
+                let column = self.nodes[..d].iter().rev().take_while(|n| **n == node).count();
+                let blocks = &self.blocks[self.starts[node]..];
+                let entries = blocks.iter().copied().zip(own.iter().copied());
+                self.matrix.set_column((column, weight), entries);
+                continue;
+            }
             let mut slots = self.slots[self.pairs[node]..self.pairs[node + 1]].iter();
             for (k, a) in own.iter().enumerate() {
                 let weighted = a.map(|x| x * weight);

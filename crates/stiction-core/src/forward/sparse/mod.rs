@@ -12,3 +12,4 @@
 pub(super) mod articulated;
 pub(super) mod closures;
 pub(super) mod rows;
+mod system;

@@ -1,0 +1,192 @@
+//! Cholesky decomposition of a block diagonal matrix plus a matrix of low rank.
+
+use super::blocks::{BLOCK, Block, NOTHING, Part, add_outer, dot, inverse_factor, upper_times};
+
+/// Cholesky decomposition of `S = D + V W V^T` in linear time, where `D` is block diagonal and `V`
+/// has at most six columns.
+///
+/// The factor of `S` is full, but its blocks below the diagonal have low rank: with the Cholesky
+/// factor `L_k` of the diagonal block `A_k = D_k + V_k W_k V_k^T`, they are `V_i U_k`, where
+/// `U_k = W_k V_k^T L_k^-T` and `W_{k+1} = W_k - U_k U_k^T`. Neither `D` nor `W` needs to be
+/// regular.
+#[derive(Clone, Debug)]
+pub(crate) struct HubCholesky {
+    /// Diagonal blocks of `D`, and after the decomposition the inverses of the factors `L_k`.
+    diagonal: Vec<Block>,
+    /// Transposed block rows of `V`: the columns of `V`, of which unused ones are zero.
+    columns: Vec<Block>,
+    /// Diagonal of `W`.
+    weights: Part,
+    /// Block columns `U_k`, by rows.
+    carried: Vec<Block>,
+    /// Copy of `diagonal` before the decomposition, made by [`HubCholesky::keep`].
+    kept: Vec<Block>,
+}
+
+impl HubCholesky {
+    /// Prepares a matrix of `count` block rows.
+    pub(crate) fn new(count: usize) -> Self {
+        Self {
+            diagonal: vec![NOTHING; count],
+            columns: vec![NOTHING; count],
+            weights: [0.0; BLOCK],
+            carried: vec![NOTHING; count],
+            kept: Vec::new(),
+        }
+    }
+
+    /// Sets all blocks and weights to zero.
+    pub(crate) fn clear(&mut self) {
+        self.diagonal.fill(NOTHING);
+        self.columns.fill(NOTHING);
+        self.weights = [0.0; BLOCK];
+    }
+
+    /// Returns a diagonal block of `D`.
+    pub(crate) fn block(&mut self, index: usize) -> &mut Block {
+        &mut self.diagonal[index]
+    }
+
+    /// Sets a column of `V` and its entry of `W`. `parts` contains the nonzero components of the
+    /// column, each with its block row.
+    pub(crate) fn set_column(
+        &mut self,
+        column: usize,
+        weight: f64,
+        parts: impl Iterator<Item = (usize, Part)>,
+    ) {
+        self.weights[column] = weight;
+        parts.for_each(|(row, part)| self.columns[row][column] = part);
+    }
+
+    /// Saves a copy of the matrix, which [`Self::restore`] copies back after a decomposition.
+    pub(crate) fn keep(&mut self) {
+        self.kept.clone_from(&self.diagonal);
+    }
+
+    /// Restores the matrix saved by [`Self::keep`].
+    pub(crate) fn restore(&mut self) {
+        self.diagonal.copy_from_slice(&self.kept);
+    }
+
+    /// Decomposes the matrix in place. Returns `false` at the first pivot that does not exceed
+    /// `least` or is not finite.
+    pub(crate) fn factor_above(&mut self, least: f64) -> bool {
+        let Self { diagonal, columns, weights, carried, .. } = self;
+        let mut left = NOTHING;
+        (0..BLOCK).for_each(|i| left[i][i] = weights[i]);
+        for ((own, columns), carried) in diagonal.iter_mut().zip(columns).zip(carried) {
+            // Rows of `W_k V_k^T`.
+            let mut moved = NOTHING;
+            for (moved, left) in moved.iter_mut().zip(&left) {
+                *moved = upper_times(columns, left);
+            }
+            for (column, moved) in columns.iter().zip(&moved) {
+                add_outer(own, column, moved);
+            }
+            let Some(inverse) = inverse_factor(own, BLOCK, least) else { return false };
+            *own = inverse;
+            *carried = moved.map(|row| inverse.map(|of| dot(&of, &row)));
+            for (left, a) in left.iter_mut().zip(&*carried) {
+                for (entry, b) in left.iter_mut().zip(&*carried) {
+                    *entry -= dot(a, b);
+                }
+            }
+        }
+        true
+    }
+
+    /// Returns the pivots of a block row after [`Self::factor_above`].
+    pub(crate) fn pivots(&self, block: usize) -> Part {
+        let inverse = &self.diagonal[block];
+        core::array::from_fn(|k| inverse[k][k].powi(-2))
+    }
+
+    /// Solves for the right-hand side `vector` in place, after [`Self::factor_above`].
+    pub(crate) fn solve(&self, vector: &mut [Part]) {
+        let blocks = || self.diagonal.iter().zip(&self.columns).zip(&self.carried);
+        let mut before = [0.0; BLOCK];
+        for (part, ((inverse, columns), carried)) in vector.iter_mut().zip(blocks()) {
+            let known = upper_times(columns, &before);
+            (0..BLOCK).for_each(|i| part[i] -= known[i]);
+            *part = inverse.map(|row| dot(&row, part));
+            (0..BLOCK).for_each(|i| before[i] += dot(&carried[i], part));
+        }
+        let mut after = [0.0; BLOCK];
+        for (part, ((inverse, columns), carried)) in vector.iter_mut().zip(blocks()).rev() {
+            let known = upper_times(carried, &after);
+            (0..BLOCK).for_each(|i| part[i] -= known[i]);
+            *part = upper_times(inverse, part);
+            (0..BLOCK).for_each(|i| after[i] += dot(&columns[i], part));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linalg::{BlockCholesky, Slot};
+    use crate::random::Random;
+
+    /// Compares pivots and solutions with those of the general decomposition, for a regular and
+    /// for a singular block diagonal matrix `D`.
+    #[test]
+    fn agrees_with_the_general_decomposition() {
+        let mut random = Random::new(8);
+        for singular in [false, true] {
+            let count = 7;
+            let mut hub = HubCholesky::new(count);
+            let pairs = || (0..count).flat_map(|a| (0..a).map(move |b| (a, b)));
+            let mut general = BlockCholesky::new(count, pairs());
+            let columns: Vec<Vec<Part>> = (0..BLOCK)
+                .map(|_| (0..count).map(|_| core::array::from_fn(|_| random.number())).collect())
+                .collect();
+            let mut own = vec![NOTHING; count];
+            for (k, own) in own.iter_mut().enumerate() {
+                // Two blocks, whose rows the low-rank matrix makes independent, have a low rank.
+                let rank = if singular && k < 2 { 3 } else { 2 * BLOCK };
+                for _ in 0..rank {
+                    let part: Part = core::array::from_fn(|_| random.number());
+                    add_outer(own, &part, &part);
+                }
+                *hub.block(k) = *own;
+            }
+            for (j, column) in columns.iter().enumerate() {
+                hub.set_column(j, 0.5 + j as f64, column.iter().copied().enumerate());
+            }
+            for a in 0..count {
+                for b in 0..=a {
+                    let mut block = if a == b { own[a] } else { NOTHING };
+                    for (j, column) in columns.iter().enumerate() {
+                        let weighted = column[a].map(|x| x * (0.5 + j as f64));
+                        add_outer(&mut block, &weighted, &column[b]);
+                    }
+                    match general.slot(a, b) {
+                        Some(slot @ Slot::Below { transposed: true, .. }) => {
+                            let (to, _) = general.block(slot);
+                            (0..BLOCK)
+                                .for_each(|i| (0..BLOCK).for_each(|j| to[j][i] = block[i][j]));
+                        }
+                        Some(slot) => *general.block(slot).0 = block,
+                        None => unreachable!(),
+                    }
+                }
+            }
+            assert!(hub.factor_above(0.0) && general.factor());
+            let right: Vec<Part> =
+                (0..count).map(|_| core::array::from_fn(|_| random.number())).collect();
+            let (mut found, mut expected) = (right.clone(), right);
+            hub.solve(&mut found);
+            general.solve(&mut expected);
+            for (found, expected) in found.iter().flatten().zip(expected.iter().flatten()) {
+                assert!((found - expected).abs() < 1e-9 * (1.0 + expected.abs()));
+            }
+            // The product of the pivots is the determinant, whatever the order.
+            let product = |pivots: &dyn Fn(usize) -> Part| -> f64 {
+                (0..count).flat_map(pivots).map(f64::ln).sum()
+            };
+            let (a, b) = (product(&|k| hub.pivots(k)), product(&|k| general.pivots(k)));
+            assert!((a - b).abs() < 1e-9, "{a} {b}");
+        }
+    }
+}
