@@ -37,7 +37,7 @@ impl<const N: usize> Compiled<N> {
 
     /// Returns `true` if all stages are native machine code.
     pub(crate) fn is_machine_code(&self) -> bool {
-        self.one.iter().chain(self.runners(self.lanes)).all(Runner::is_machine_code)
+        self.one.iter().all(Runner::is_machine_code)
     }
 
     /// Returns the stages compiled for one state if `lanes` is 1, otherwise those compiled for

@@ -37,6 +37,7 @@ mod stick;
 mod surface;
 mod time_stepping;
 mod transmitted;
+mod verified;
 
 pub use affine_friction::InterfaceMode;
 pub use error::ForwardError;

@@ -12,15 +12,11 @@ use core::fmt::Debug;
 use core::ops::Range;
 use std::sync::Arc;
 
-/// Largest residual of the equations of motion of a body, relative to the largest wrench, of the
-/// results of a program. Programs do not refine their solutions, so the tolerance is close to
-/// round-off.
-const BALANCED: f64 = 1e-11;
-
 /// Program recorded for one mechanism that computes accelerations and reactions with the friction
 /// of sliding interfaces. Its inputs are, in this order: coordinates and rates of the spanning
 /// tree; its accelerations, which the program ignores; value, rate and (ignored) acceleration of
-/// the coordinates of the recording; the external loads (force, moment); the actuator efforts.
+/// the coordinates of the recording; the external loads (force, moment); the actuator efforts. At
+/// the stages of a step, coordinates and rates close the loops only with the accuracy of the step.
 pub trait AccelerationProgram: Debug + Send + Sync {
     /// Allocates memory for one state.
     fn memory(&self) -> ProgramMemory;
@@ -35,12 +31,11 @@ pub trait AccelerationProgram: Debug + Send + Sync {
     fn results(&self) -> Range<usize>;
 }
 
-/// Memory of a program, and a buffer for the test of its results.
+/// Memory of a program, and a buffer for the verification of its results.
 #[derive(Clone, Debug)]
 pub(super) struct ProgramBuffers {
     memory: ProgramMemory,
-    /// Wrench that each body lacks for its acceleration.
-    missing: Vec<Wrench<f64>>,
+    wrenches: Vec<Wrench<f64>>,
 }
 
 /// Program of a model, and the quantities that are its inputs.
@@ -50,29 +45,36 @@ pub(super) struct Recorded {
     coordinates: Vec<Coordinate>,
     /// External loads at recording: bodies, points and axes must be the same.
     loads: Vec<AppliedLoad<f64>>,
+    /// Time, s, from which the program is used.
+    pub(super) from: f64,
 }
 
 impl Forward {
     /// Uses a program recorded for this mechanism in place of the general solver, at states in
-    /// which all interfaces slide. `coordinates` and `loads` are those of the recording. Returns
-    /// false, and does not use the program, if actuators are prescribed, if motors have shafts of
-    /// their own, or if the mechanism has rotors or gearings.
+    /// which all interfaces slide, in steps that start at the time `from`, s, or later.
+    /// `coordinates` and `loads` are those of the recording. Returns false, and does not use the
+    /// program, if actuators are prescribed, if motors have shafts of their own, if the mechanism
+    /// has rotors or gearings, or if the program has results for another mechanism.
     #[doc(hidden)]
     pub fn use_program(
         &mut self,
         program: Arc<dyn AccelerationProgram>,
-        coordinates: &[Coordinate],
-        loads: &[AppliedLoad<f64>],
+        (coordinates, loads): (&[Coordinate], &[AppliedLoad<f64>]),
+        from: f64,
     ) -> bool {
-        let is_plain = self.prescribed.is_empty()
+        let topology = &self.topology;
+        let (interfaces, joints) = (self.parameters.interfaces.len(), topology.joint_types.len());
+        let results = topology.dofs() + 2 * interfaces + 6 * joints;
+        let is_suited = self.prescribed.is_empty()
             && self.with_shafts.is_none()
             && self.rotors.is_empty()
-            && self.topology.gearings.is_empty();
-        if is_plain {
+            && topology.gearings.is_empty()
+            && program.results().len() == results;
+        if is_suited {
             let (coordinates, loads) = (coordinates.to_vec(), loads.to_vec());
-            self.recorded = Some(Recorded { program, coordinates, loads });
+            self.recorded = Some(Recorded { program, coordinates, loads, from });
         }
-        is_plain
+        is_suited
     }
 
     /// Computes inputs and results of the program for the motion in `data`. Returns `None` if there
@@ -90,7 +92,7 @@ impl Forward {
 
     /// Writes the results of the program at one instant, reusing the buffers; the singularity index
     /// must be known. Inertias and bias forces in `data` must be up to date. Returns false if the
-    /// results do not satisfy the equations of motion of all bodies.
+    /// results do not satisfy all equations.
     pub(super) fn instant_by_program(
         &self,
         data: &Data,
@@ -144,41 +146,14 @@ impl Forward {
         (instant.time, instant.coupling) = (data.time, None);
         (instant.redundant, instant.open_drives, instant.gives_way) = (0, 0, None);
         instant.mobility = topology.dofs() - topology.closures();
-        self.is_balanced(data, instant, &mut buffers.missing)
-    }
-
-    /// Returns true if the joint wrenches cause the accelerations of all bodies.
-    fn is_balanced(&self, data: &Data, instant: &Instant, missing: &mut Vec<Wrench<f64>>) -> bool {
-        let (bodies, masses) = (&instant.bodies, &data.masses);
-        let mut largest = 0.0_f64;
-        let mut add = |sum: &mut [Wrench<f64>], body: usize, wrench: Wrench<f64>| {
-            largest = largest.max(self.size_of(wrench));
-            sum[body] += wrench;
-        };
-        missing.clear();
-        missing.resize(bodies.pose.len(), Wrench::zero());
-        for body in 1..bodies.pose.len() {
-            let change = bodies.acceleration[body] - bodies.bias[body];
-            let demand = masses.bias_wrenches[body] + masses.inertia[body].times(change);
-            add(missing, body, demand);
-        }
-        for (wrench, (predecessor, successor)) in instant.wrenches.iter().zip(&self.topology.ends) {
-            add(missing, *successor, -*wrench);
-            add(missing, *predecessor, *wrench);
-        }
-        missing[1..].iter().all(|wrench| self.size_of(*wrench) <= BALANCED * largest)
-    }
-
-    /// Returns the size of a wrench about the reference point, N.
-    fn size_of(&self, wrench: Wrench<f64>) -> f64 {
-        wrench.force.norm().max(wrench.moment.norm() / self.parameters.length)
+        self.satisfies_all_equations((data, modes), instant, &mut buffers.wrenches)
     }
 }
 
 impl Recorded {
     /// Allocates the buffers of the program.
     pub(super) fn buffers(&self) -> ProgramBuffers {
-        ProgramBuffers { memory: self.program.memory(), missing: Vec::new() }
+        ProgramBuffers { memory: self.program.memory(), wrenches: Vec::new() }
     }
 
     /// Runs the program at a state. Returns its results; `None` if the program is not valid there.
@@ -194,7 +169,7 @@ impl Recorded {
         };
         let fits =
             data.loads.len() == self.loads.len() && data.loads.iter().zip(&self.loads).all(is_same);
-        if !fits || !slide(&data.velocities, modes) {
+        if !fits || !slide_on(&data.velocities, modes) {
             return None;
         }
         let (topology, parameters) = (&model.topology, &model.parameters);
@@ -225,8 +200,13 @@ impl Recorded {
     }
 }
 
+/// Returns true if all interfaces slide.
+pub(super) fn all_slide(modes: &[InterfaceMode]) -> bool {
+    modes.iter().all(|mode| matches!(mode, InterfaceMode::Slides(_)))
+}
+
 /// Returns true if all interfaces slide in the directions of their modes.
-fn slide(velocities: &[[f64; 3]], modes: &[InterfaceMode]) -> bool {
+fn slide_on(velocities: &[[f64; 3]], modes: &[InterfaceMode]) -> bool {
     velocities.iter().zip(modes).all(|(velocity, mode)| match mode {
         InterfaceMode::Slides(direction) => dot(*velocity, *direction) > 0.0,
         _ => false,

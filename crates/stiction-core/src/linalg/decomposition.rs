@@ -7,7 +7,7 @@
 use super::blocks::{BLOCK, Part};
 use super::sparse::SparseMatrix;
 use super::sparse_qr::{ColumnOrder, SparseQr};
-use super::{Lanczos, Svd};
+use super::{Lanczos, MANY_STEPS, Svd};
 use nalgebra::DVector;
 use std::sync::OnceLock;
 
@@ -328,7 +328,7 @@ fn greatest(
         })
     });
     let mut lanczos = Lanczos::default();
-    let vector = lanczos.greatest(start, accuracy, |parts| {
+    let vector = lanczos.greatest(start, (accuracy, MANY_STEPS), |parts| {
         let image = apply(&parts.as_flattened()[..length]);
         parts.as_flattened_mut()[..length].copy_from_slice(&image);
     })?;

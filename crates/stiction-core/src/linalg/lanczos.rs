@@ -3,8 +3,11 @@
 
 use super::blocks::{BLOCK, Part};
 
-/// Maximum number of Lanczos steps.
-const STEPS: usize = 120;
+/// Usual maximum number of Lanczos steps.
+pub(crate) const STEPS: usize = 120;
+/// Maximum number of Lanczos steps if many eigenvalues may be close to the largest one, as with many
+/// similar legs.
+pub(crate) const MANY_STEPS: usize = 1500;
 /// Number of steps after which convergence is first checked, unless an earlier residual is small.
 const FIRST_LOOK: usize = 2;
 
@@ -30,14 +33,14 @@ struct Room {
 impl Lanczos {
     /// Computes the eigenvector of the largest eigenvalue of a symmetric positive semidefinite
     /// operator. `apply` applies the operator in place; the iteration begins with `start`. Returns
-    /// `None` if the iteration does not converge.
+    /// `None` if the iteration does not converge within `most` steps.
     ///
     /// `accuracy` is the residual at convergence, relative to the eigenvalue. The relative error of
     /// the eigenvalue never exceeds `accuracy`, and is usually of the order of its square.
     pub(crate) fn greatest(
         &mut self,
         start: impl Iterator<Item = Part>,
-        accuracy: f64,
+        (accuracy, most): (f64, usize),
         mut apply: impl FnMut(&mut [Part]),
     ) -> Option<&[Part]> {
         let Self { basis, next, diagonal, beside, room } = self;
@@ -50,7 +53,7 @@ impl Lanczos {
         scale(basis, over);
         // Upper bound on the largest eigenvalue of the current tridiagonal matrix.
         let mut above = 0.0_f64;
-        for step in 0..STEPS {
+        for step in 0..most {
             let here = step * count;
             next.clear();
             next.extend_from_slice(&basis[here..]);
@@ -210,7 +213,7 @@ mod tests {
             let start: Vec<Part> =
                 (0..9).map(|_| core::array::from_fn(|_| random.number())).collect();
             let mut room = Lanczos::default();
-            let vector = room.greatest(start.iter().copied(), 1e-12, apply).unwrap();
+            let vector = room.greatest(start.iter().copied(), (1e-12, STEPS), apply).unwrap();
             let mut image = vector.to_vec();
             apply(&mut image);
             let value = dot(&image, vector) / dot(vector, vector);

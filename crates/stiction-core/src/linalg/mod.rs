@@ -21,7 +21,7 @@ pub(crate) use blocks::{
 pub(crate) use decomposition::to_dense;
 pub use decomposition::{Decomposition, Limit, SparseVector};
 pub(crate) use hub_cholesky::HubCholesky;
-pub(crate) use lanczos::Lanczos;
+pub(crate) use lanczos::{Lanczos, MANY_STEPS, STEPS};
 pub(crate) use plan::{Entry, Plan, RankDeficient, Scales};
 pub(crate) use row_space::RowSpace;
 pub use smallest::smallest_singular_value;

@@ -15,6 +15,8 @@ use stiction_program::ForwardProgram;
 struct Watched {
     program: ForwardProgram,
     conduct: Conduct,
+    /// Slots of the efforts.
+    efforts: Range<usize>,
     runs: AtomicUsize,
     valid: AtomicUsize,
 }
@@ -25,7 +27,11 @@ enum Conduct {
     /// Never valid.
     Refuses,
     /// The first acceleration is wrong.
-    Lies,
+    WrongAcceleration,
+    /// The efforts are doubled.
+    WrongEfforts,
+    /// The first friction is wrong.
+    WrongFriction,
 }
 
 impl AccelerationProgram for Watched {
@@ -35,11 +41,20 @@ impl AccelerationProgram for Watched {
 
     fn run(&self, memory: &mut ProgramMemory) -> bool {
         self.runs.fetch_add(1, Ordering::Relaxed);
+        if self.conduct == Conduct::WrongEfforts {
+            memory.slots[self.efforts.clone()].iter_mut().for_each(|effort| *effort *= 2.0);
+        }
         let is_valid =
             AccelerationProgram::run(&self.program, memory) && self.conduct != Conduct::Refuses;
         self.valid.fetch_add(usize::from(is_valid), Ordering::Relaxed);
-        if self.conduct == Conduct::Lies {
-            memory.slots[self.results().start] += 1e-3;
+        let first = self.results().start;
+        match self.conduct {
+            Conduct::WrongAcceleration => memory.slots[first] += 1e-3,
+            Conduct::WrongFriction => {
+                let [_, dofs, _, interfaces] = self.program.sizes();
+                memory.slots[first + dofs + interfaces] += 1e-3;
+            }
+            _ => {}
         }
         is_valid
     }
@@ -101,14 +116,20 @@ impl Case {
     fn watched(&self, conduct: Conduct) -> Arc<Watched> {
         let Robot { solver, signal, loads } = &self.robot;
         let program = ForwardProgram::record(solver, signal, loads).unwrap();
-        Arc::new(Watched { program, conduct, runs: 0.into(), valid: 0.into() })
+        let state = solver.state();
+        let first = state.coordinates.len()
+            + 2 * state.rates.len()
+            + 3 * self.coordinates.len()
+            + 6 * loads.len();
+        let efforts = first..first + self.efforts.len();
+        Arc::new(Watched { program, conduct, efforts, runs: 0.into(), valid: 0.into() })
     }
 
     fn forward(&self, program: Option<&Arc<Watched>>) -> Forward {
         let mut forward = Forward::new(self.robot.solver.mechanism().clone(), &[]);
         if let Some(program) = program {
             let program: Arc<dyn AccelerationProgram> = Arc::clone(program) as _;
-            assert!(forward.use_program(program, &self.coordinates, &self.robot.loads));
+            assert!(forward.use_program(program, (&self.coordinates, &self.robot.loads), 0.0));
         }
         forward
     }
@@ -167,7 +188,7 @@ fn simulations_by_program_find_the_same_motion() {
 }
 
 /// Where the program is not valid, the general solver computes the same bits as without a program.
-/// Results of a program that do not satisfy the equations of motion never become a result.
+/// A program whose results do not satisfy all equations is not used further.
 #[test]
 fn invalid_results_are_refused() {
     let case = Case::new("3rps", None);
@@ -182,19 +203,19 @@ fn invalid_results_are_refused() {
     assert_eq!(simulation.instant().state.coordinates, expected.coordinates);
     assert!(program.runs.load(Ordering::Relaxed) > 60);
 
-    // The first end of a step exposes the program, and the general solver repeats the step.
-    let program = case.watched(Conduct::Lies);
-    let lying = case.forward(Some(&program));
-    let (mut simulation, mut inputs) = case.start(&lying);
-    let (mut state, mut given) = case.start(&general);
-    simulation.advance(0.02, &mut inputs).unwrap();
-    state.advance(0.02, &mut given).unwrap();
-    let (a, b) = (&simulation.instant().state, &state.instant().state);
-    let pairs = a.coordinates.iter().zip(&b.coordinates);
-    let apart = pairs.fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()));
-    assert!(apart < 1e-12, "{apart:e}");
-    let runs = program.runs.load(Ordering::Relaxed);
-    assert!((1..20).contains(&runs), "{runs} runs");
+    // At the first end of a step the verification fails, and the general solver repeats the step.
+    for conduct in [Conduct::WrongAcceleration, Conduct::WrongEfforts, Conduct::WrongFriction] {
+        let program = case.watched(conduct);
+        let wrong = case.forward(Some(&program));
+        let (mut simulation, mut inputs) = case.start(&wrong);
+        simulation.advance(0.02, &mut inputs).unwrap();
+        let found = simulation.instant().state.coordinates.iter();
+        let apart = found.zip(&expected.coordinates).map(|(a, b)| (a - b).abs());
+        let apart = apart.fold(0.0_f64, f64::max);
+        assert!(apart < 1e-12, "{conduct:?}: {apart:e}");
+        let runs = program.runs.load(Ordering::Relaxed);
+        assert!((1..20).contains(&runs), "{conduct:?}: {runs} runs");
+    }
 }
 
 /// Between events, a simulation by a program allocates nothing.

@@ -10,28 +10,35 @@ use stiction_core::mechanism::BodyId;
 use stiction_core::spatial::Pose;
 use stiction_program::ForwardProgram;
 
-/// Least number of control periods for which recording a program takes less time than it saves.
-const MANY: f64 = 2000.0;
+/// Number of control periods from which a program is used. In most runs that are longer, recording
+/// the program takes less time than it saves. The number does not depend on the end of the run, so
+/// that a run that is resumed with a later end has the same digits as an uninterrupted one.
+const PERIODS: f64 = 1000.0;
+/// Number of DOFs of the spanning tree from which no program is recorded: recording would take too
+/// long, and large models of forward dynamics have other trees than inverse dynamics.
+const LARGE: usize = 60;
 /// Number of instants of the motion near which the program is recorded.
 const INSTANTS: usize = 10;
 
 impl Job<'_> {
-    /// Lets the model of this job, between the times `from` and `until`, s, compute by a recorded
-    /// program, if there are so many control periods that this saves time and if a program can be
-    /// recorded. `start` is the initial state of the mechanism. Without a program, the general
-    /// solver computes all steps.
+    /// Lets the model of this job, which is simulated between the times `from` and `until`, s,
+    /// compute by a recorded program after [`PERIODS`] control periods, if `until` is later and if a
+    /// program can be recorded. `start` is the initial state of the mechanism. Without a program,
+    /// the general solver computes all steps.
     pub(super) fn record_program(
         &self,
         forward: &mut Forward,
         start: &State<f64>,
         (from, until): (f64, f64),
     ) {
-        let periods = self.control.map_or(0.0, |control| (until - from) / control.period);
-        let is_sampled = periods.is_finite() && periods >= MANY;
-        let Some(motion) = self.motion.filter(|_| is_sampled && prescribed(self).is_empty()) else {
-            return;
-        };
+        let period = self.control.map_or(0.0, |control| control.period);
+        let use_from = from + PERIODS * period;
+        let is_used = period > 0.0 && until > use_from && prescribed(self).is_empty();
+        let Some(motion) = self.motion.filter(|_| is_used) else { return };
         let (topology, parameters) = (forward.topology(), forward.parameters());
+        if topology.dofs() >= LARGE {
+            return;
+        }
         let mut bodies = Bodies::new(topology);
         bodies.place(topology, parameters, &start.coordinates);
         let mechanism = &self.model.mechanism;
@@ -52,15 +59,13 @@ impl Job<'_> {
         let solver =
             InverseDynamics::new(mechanism.clone(), &poses, &coordinates, &signal[0], settings);
         let Ok(solver) = solver else { return };
-        // Large models of forward dynamics have other spanning trees.
-        let sizes = |state: &State<f64>| [state.coordinates.len(), state.rates.len()];
-        if sizes(solver.state()) != sizes(start) {
-            return;
-        }
         let mut loads: Vec<AppliedLoad<f64>> = self.load.at(from).collect();
         loads.extend(self.load.laws.iter().map(|law| law.load(0.0)));
-        if let Ok(program) = ForwardProgram::record(&solver, &signal, &loads) {
-            forward.use_program(Arc::new(program), &coordinates, &loads);
+        // An interpreted program takes more time than the general solver.
+        if let Ok(program) = ForwardProgram::record(&solver, &signal, &loads)
+            && program.is_machine_code()
+        {
+            forward.use_program(Arc::new(program), (&coordinates, &loads), use_from);
         }
     }
 }

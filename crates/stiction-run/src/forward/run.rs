@@ -53,14 +53,18 @@ impl Job<'_> {
             .map(|job| Forward::new(job.model.mechanism.clone(), &prescribed(job)))
             .collect();
         let (state, assembly_notes) = start::state(&jobs[0], &forwards[0])?;
-        let starts = std::iter::once(self.from).chain(changes.iter().map(|change| change.time));
-        let ends = changes.iter().map(|change| change.time).chain([self.until]);
-        for ((job, forward), span) in jobs.iter().zip(&mut forwards).zip(starts.zip(ends)) {
-            job.record_program(forward, &state, span);
-        }
         let mut changed = checkpoint.map_or(0, |point| point.figures.payload_changes);
         if changed > changes.len() {
             return Err(Error::Checkpoint);
+        }
+        let starts = std::iter::once(self.from).chain(changes.iter().map(|change| change.time));
+        let ends = changes.iter().map(|change| change.time).chain([self.until]);
+        let spans = jobs.iter().zip(&mut forwards).zip(starts.zip(ends));
+        for ((job, forward), span) in spans.skip(changed) {
+            if stopped() {
+                return Err(Error::Interrupted);
+            }
+            job.record_program(forward, &state, span);
         }
         let (mut job, mut forward) = (&jobs[changed], &forwards[changed]);
         let start = state.clone();

@@ -5,9 +5,11 @@ use crate::dynamics::responses::Responses;
 use crate::dynamics::settings::{FrictionMode, Settings};
 use crate::friction::{NormalLoadMap, OwnFriction};
 use crate::friction_problem::normal_load::normal_load;
+use crate::friction_problem::uniqueness::radius_bound;
 use crate::kinematics::Bodies;
 use crate::parameters::{InterfaceParameters, Parameters};
 use crate::spatial::Wrench;
+use core::cell::OnceCell;
 use nalgebra::DMatrix;
 
 /// Friction forces and their effects at one configuration, relative to a solution without static
@@ -27,15 +29,39 @@ pub(super) struct FrictionMap<'a> {
 
 /// Bounds of the influence of friction on normal forces, see [`FrictionMap::couplings`].
 pub(super) struct Couplings {
-    pub(super) matrix: DMatrix<f64>,
-    /// True if no friction changes a normal force.
-    pub(super) is_zero: bool,
+    bounds: DMatrix<f64>,
+    /// Bounds of the influence of friction on friction limits: [`Self::bounds`], with each row
+    /// multiplied by the larger friction coefficient of its interface. `None` if no friction
+    /// changes a normal force.
+    pub(super) of_limits: Option<DMatrix<f64>>,
+    /// Upper bound of the spectral radius of [`Self::of_limits`], once it is known.
+    radius: OnceCell<f64>,
 }
 
 impl Couplings {
-    fn new(matrix: DMatrix<f64>) -> Self {
-        let is_zero = matrix.iter().all(|entry| *entry == 0.0);
-        Self { matrix, is_zero }
+    fn new(map: &FrictionMap<'_>, bounds: DMatrix<f64>) -> Self {
+        let is_zero = bounds.iter().all(|entry| *entry == 0.0);
+        let of_limits = (!is_zero).then(|| {
+            let largest: Vec<f64> = (0..map.interfaces())
+                .map(|interface| {
+                    let [forward, backward] = map.coefficients(interface);
+                    forward.max(backward)
+                })
+                .collect();
+            DMatrix::from_fn(bounds.nrows(), bounds.ncols(), |i, j| largest[i] * bounds[(i, j)])
+        });
+        Self { bounds, of_limits, radius: OnceCell::new() }
+    }
+
+    /// Returns an upper bound of the spectral radius of [`Self::of_limits`].
+    pub(super) fn radius(&self) -> f64 {
+        *self.radius.get_or_init(|| match &self.of_limits {
+            // The transpose has the same spectral radius.
+            Some(matrix) => {
+                radius_bound(matrix.as_slice(), matrix.nrows(), &mut Default::default())
+            }
+            None => 0.0,
+        })
     }
 }
 
@@ -136,7 +162,7 @@ impl<'a> FrictionMap<'a> {
         if self.coupled {
             (0..count).for_each(|owner| self.bound_column(owner, (&[], &[]), &mut matrix));
         }
-        Couplings::new(matrix)
+        Couplings::new(self, matrix)
     }
 
     /// Returns the bounds [`Self::couplings`], here `plain`, without the component of each friction
@@ -144,9 +170,9 @@ impl<'a> FrictionMap<'a> {
     pub(super) fn couplings_without(&self, plain: &Couplings, without: &[&[f64]]) -> Couplings {
         let count = self.interfaces();
         if !self.coupled || without.len() == self.len() {
-            return Couplings::new(DMatrix::zeros(count, count));
+            return Couplings::new(self, DMatrix::zeros(count, count));
         }
-        let mut matrix = plain.matrix.clone();
+        let mut matrix = plain.bounds.clone();
         // For each interface and each vector, the change of the wrench that this friction causes.
         let of_interface = |content: &InterfaceParameters<f64>| -> Vec<Wrench<f64>> {
             without.iter().map(|vector| self.change(content.joint, vector)).collect()
@@ -158,7 +184,7 @@ impl<'a> FrictionMap<'a> {
                 self.bound_column(owner, (without, &removed), &mut matrix);
             }
         }
-        Couplings::new(matrix)
+        Couplings::new(self, matrix)
     }
 
     /// Computes the column of an interface in the matrix of [`Self::couplings_without`]. `removed`

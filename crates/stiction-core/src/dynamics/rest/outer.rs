@@ -3,7 +3,6 @@
 //! Equations (R2) and (R3) of the book's theory.
 
 use super::map::{Couplings, FrictionMap};
-use crate::friction_problem::uniqueness::radius_bound;
 use nalgebra::{DMatrix, DVector};
 
 /// Computes an upper bound of the friction force of each interface, N, for forward and backward
@@ -30,17 +29,13 @@ pub(super) fn greatest_frictions(
         if map.rests(interface) { coefficient(interface) * loads[interface] } else { 0.0 }
     };
     let constants = DVector::from_fn(count, |interface, _| alone(interface));
-    let greatest = match couplings.is_zero {
-        true => constants,
-        false => {
-            let Couplings { matrix, .. } = couplings;
-            let coupled = DMatrix::from_fn(count, count, |i, j| coefficient(i) * matrix[(i, j)]);
-            // The transpose has the same spectral radius.
-            if radius_bound(coupled.as_slice(), count, &mut Default::default()) >= 1.0 {
-                return None;
-            }
-            fixed_point(coupled, &constants)?
-        }
+    // The spectral radius is proportional to `part`.
+    if part * couplings.radius() >= 1.0 {
+        return None;
+    }
+    let greatest = match &couplings.of_limits {
+        Some(matrix) => fixed_point(matrix, part, &constants)?,
+        None => constants,
     };
     let sound = greatest.iter().all(|x| x.is_finite() && *x >= -1e-12 * greatest.amax());
     let limit = |(interface, greatest): (usize, &f64)| {
@@ -57,19 +52,19 @@ pub(super) fn greatest_frictions(
 /// Largest number of fixed-point steps. If more steps are needed, a factorisation is faster.
 const STEPS: usize = 16;
 
-/// Solves `x = constants + coupled x`. The spectral radius of `coupled` must be below one.
-fn fixed_point(coupled: DMatrix<f64>, constants: &DVector<f64>) -> Option<DVector<f64>> {
+/// Solves `x = constants + part matrix x`. The spectral radius of `part matrix` must be below one.
+fn fixed_point(matrix: &DMatrix<f64>, part: f64, constants: &DVector<f64>) -> Option<DVector<f64>> {
     let mut solution = constants.clone();
     // Weak couplings converge in a few steps.
     for _ in 0..STEPS {
-        let next = constants + &coupled * &solution;
+        let next = constants + matrix * &solution * part;
         let change = (&next - &solution).amax();
         solution = next;
         if change <= f64::EPSILON * solution.amax() {
             return Some(solution);
         }
     }
-    (DMatrix::identity(coupled.nrows(), coupled.ncols()) - coupled).lu().solve(constants)
+    (DMatrix::identity(matrix.nrows(), matrix.ncols()) - matrix * part).lu().solve(constants)
 }
 
 /// Computes a guaranteed lower and upper bound of the change of each effort due to static friction,

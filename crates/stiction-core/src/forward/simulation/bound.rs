@@ -15,6 +15,7 @@ use crate::friction::Curve;
 /// this motion grows with the index, up to [`FAR`] times.
 const LITTLE: f64 = 0.01;
 const CLOSE: f64 = 0.1;
+/// Largest factor of [`LITTLE`], at singularity indices above half.
 const FAR: f64 = 5.0;
 /// Turn of a direction of slip after which the bound is computed again, rad.
 const LITTLE_TURN: f64 = 0.1;

@@ -8,6 +8,7 @@ use crate::forward::affine_friction::norm;
 use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
 use crate::forward::mass_matrix;
+use crate::forward::recorded::all_slide;
 
 impl Simulation<'_> {
     /// Computes the time derivative at a stage of a step by the recorded program. Returns false if
@@ -74,17 +75,19 @@ impl Simulation<'_> {
         if !self.begin_by_program(time, y) {
             return None;
         }
-        self.workspace.conditions_hold = false;
-        let mut instant = self.workspace.instant(model);
         let Scratch { situation, program: Some(program), .. } = &mut *self.workspace else {
             return None;
         };
         model.solve_by_program(situation, &self.modes, program, inputs)?;
         model.update_masses(situation);
+        let mut instant = self.workspace.instant(model);
+        let Scratch { situation, program: Some(program), .. } = &mut *self.workspace else {
+            return None;
+        };
         instant.distance = distance;
-        let is_balanced = model.instant_by_program(situation, &self.modes, program, &mut instant);
-        if !is_balanced || instant.nonfinite().is_some() {
-            self.distrusts_program = true;
+        let is_verified = model.instant_by_program(situation, &self.modes, program, &mut instant);
+        if !is_verified || instant.nonfinite().is_some() {
+            self.program_failed = true;
             self.workspace.spare(instant);
             return None;
         }
@@ -101,8 +104,9 @@ impl Simulation<'_> {
         let is_regular = self.now.redundant == 0 && self.now.distance >= NEAR_SINGULAR;
         let (coordinates, rates, rest) = parts(&self.now, y);
         let is_finite = coordinates.iter().chain(rates).all(|x| x.is_finite());
-        let is_trusted = self.workspace.program.is_some() && !self.distrusts_program;
-        if !is_trusted || !is_unique || !is_regular || !is_finite {
+        let Some(recorded) = &self.model.recorded else { return false };
+        let is_used = !self.program_failed && self.now.time >= recorded.from;
+        if !is_used || !is_unique || !is_regular || !is_finite || !all_slide(&self.modes) {
             return false;
         }
         // Where only inputs have changed, the motion of the bodies is known.
@@ -113,6 +117,7 @@ impl Simulation<'_> {
         self.set_situation(time, (coordinates, rates, rest));
         // The factorisation of the last evaluation belongs to another state.
         self.workspace.solved_modes.clear();
+        self.workspace.conditions_hold = false;
         if !is_known {
             self.model.move_bodies(&mut self.workspace.situation);
             self.workspace.is_placed = true;

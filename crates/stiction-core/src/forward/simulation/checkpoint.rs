@@ -248,7 +248,7 @@ impl<'a> Simulation<'a> {
         tape.numbers(&mut self.longest_of_lower_order);
         tape.number(&mut self.motion_since_bound);
         tape.flag(&mut self.in_passage);
-        tape.flag(&mut self.distrusts_program);
+        tape.flag(&mut self.program_failed);
         tape.flag(&mut self.reported_others);
         tape.count(&mut self.reported_shares);
         tape.count(&mut self.stalled);
@@ -350,7 +350,7 @@ impl Forward {
             coarsest: 0.0,
             step: 0.0,
             longest_of_lower_order: [0.0; 2],
-            distrusts_program: false,
+            program_failed: false,
             motion_since_bound: 0.0,
             events: checkpoint.events.clone(),
             in_passage: false,

@@ -108,9 +108,9 @@ pub struct Simulation<'a> {
     /// Longest step, s, for which the integration methods of orders four and five are expected to
     /// meet their part of the tolerance.
     longest_of_lower_order: [f64; 2],
-    /// True once results of the recorded program did not satisfy the equations of motion. The
-    /// general solver then computes the rest of the simulation.
-    distrusts_program: bool,
+    /// True once results of the recorded program have not satisfied all equations. The general
+    /// solver then computes the rest of the simulation.
+    program_failed: bool,
     /// Motion since the uniqueness bound was computed last, rad or characteristic lengths.
     motion_since_bound: f64,
     events: Vec<Event>,

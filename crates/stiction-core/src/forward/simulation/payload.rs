@@ -59,7 +59,7 @@ impl<'a> Simulation<'a> {
             * model.parameters.gravity.dot(before.pose[change.body.0].apply(change.part.com));
         self.model = model;
         *self.workspace = Scratch::new(model);
-        self.distrusts_program = false;
+        self.program_failed = false;
         self.lists.clear();
         self.last_step = LastStep::default();
         let lost = if change.picked_up {

@@ -215,7 +215,7 @@ impl<'a> Simulation<'a> {
             coarsest: 0.0,
             step: 0.0,
             longest_of_lower_order: [settings.longest_step; 2],
-            distrusts_program: false,
+            program_failed: false,
             motion_since_bound: 0.0,
             events: Vec::new(),
             in_passage: false,

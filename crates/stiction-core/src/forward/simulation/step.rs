@@ -268,9 +268,9 @@ impl Simulation<'_> {
         let to = if step == end - time { end } else { time + step };
         let mut y = self.list();
         y.clone_from(&self.steps.end);
-        let distrusted = self.distrusts_program;
+        let had_failed = self.program_failed;
         let arrived = self.arrive(to, &y, inputs)?;
-        let is_doubtful = self.distrusts_program && !distrusted;
+        let is_doubtful = self.program_failed && !had_failed;
         if is_doubtful || !self.accepts_end(&arrived, step) {
             self.workspace.spare(arrived);
             self.lists.push(y);
@@ -302,6 +302,11 @@ impl Simulation<'_> {
             }
             let next = self.arrive(time + short, &y, inputs)?;
             self.workspace.spare(std::mem::replace(&mut arrived, next));
+            if self.program_failed && !had_failed {
+                self.workspace.spare(arrived);
+                self.lists.push(y);
+                return Ok(None);
+            }
             let Ending::Stops(interface) = ending else { break };
             let (value, slope) = self.closing_speed(&arrived, interface);
             let change = -value / slope;
@@ -420,7 +425,14 @@ impl Simulation<'_> {
             let distance = self.workspace.projection.distance_of_loops();
             match self.evaluate_by_program(time, &moved, inputs, distance.filter(|_| !measure)) {
                 Some(instant) => Ok(instant),
-                None => self.evaluate(time, &moved, inputs, measure),
+                None => {
+                    let mut instant = self.evaluate(time, &moved, inputs, measure)?;
+                    // Sparse solvers weight the constraints in another way than the projection.
+                    if let (Some(_), Some(distance)) = (&self.workspace.program, distance) {
+                        instant.distance = distance;
+                    }
+                    Ok(instant)
+                }
             }
         });
         self.workspace.y = moved;

@@ -13,7 +13,7 @@
 use super::system::System;
 use crate::forward::constraint_jacobian::ConstraintRow;
 use crate::linalg::{BLOCK, Part, Slot, add_outer, dot};
-use crate::topology::{Role, Topology};
+use crate::topology::{Link, Role, Topology};
 
 /// Fraction of the largest diagonal entry below which the diagonal entry of a row counts as
 /// round-off.
@@ -127,7 +127,8 @@ impl Closures {
             blocks.extend_from_slice(own);
             starts.push(blocks.len());
         }
-        let matrix = System::new(topology.cuts.len(), &of_node);
+        let floats = |node: usize| matches!(topology.nodes[node].link, Link::Floating);
+        let matrix = System::new(topology.cuts.len(), &of_node, floats);
         let (mut pairs, mut slots) = (vec![0], Vec::new());
         for (node, own) in of_node.iter().enumerate() {
             let own = if matrix.is_hub(node) { &[][..] } else { own };

@@ -17,11 +17,18 @@ pub(super) enum System {
 }
 
 impl System {
-    /// Allocates the system of `count` loops. `of_node` contains the loops of each node.
-    pub(super) fn new(count: usize, of_node: &[Vec<usize>]) -> Self {
+    /// Allocates the system of `count` loops. `of_node` contains the loops of each node, and
+    /// `floats` tells whether the body of a node floats: definite matrices are added only for
+    /// joints.
+    pub(super) fn new(
+        count: usize,
+        of_node: &[Vec<usize>],
+        floats: impl Fn(usize) -> bool,
+    ) -> Self {
         let mut shared = (0..of_node.len()).filter(|&node| of_node[node].len() > 1);
         if let (Some(node), None) = (shared.next(), shared.next())
             && of_node[node].len() >= MANY
+            && floats(node)
         {
             return Self::Hub { node, matrix: HubCholesky::new(count) };
         }

@@ -1,7 +1,7 @@
 //! Inverse iteration for the smallest eigenvalue of a Gram matrix.
 
 use super::super::prediction::Shift;
-use crate::linalg::{BLOCK, BlockCholesky, Lanczos, Part, Twofold, dot};
+use crate::linalg::{BLOCK, BlockCholesky, Lanczos, Part, STEPS, Twofold, dot};
 
 /// Maximum number of refinement passes. For singular values at [`TINY`](super::TINY), each pass divides the
 /// error by about a hundred.
@@ -32,11 +32,11 @@ pub(super) fn weakest<'a>(
         return None;
     }
     if let Some(Shift { accuracy, .. }) = shift {
-        return lanczos.greatest(start, accuracy, |vector| matrix.solve(vector));
+        return lanczos.greatest(start, (accuracy, STEPS), |vector| matrix.solve(vector));
     }
     let mut settled = true;
     let refined = |vector: &mut [Part]| settled &= solve_refined(matrix, vector, &product);
-    let found = lanczos.greatest(start, REFINED_ACCURACY, refined);
+    let found = lanczos.greatest(start, (REFINED_ACCURACY, STEPS), refined);
     found.filter(|_| settled)
 }
 
