@@ -214,7 +214,8 @@ fn invalid_results_are_refused() {
         let apart = apart.fold(0.0_f64, f64::max);
         assert!(apart < 1e-12, "{conduct:?}: {apart:e}");
         let runs = program.runs.load(Ordering::Relaxed);
-        assert!((1..20).contains(&runs), "{conduct:?}: {runs} runs");
+        // Stages that contradict the start of the step shorten it, until its end is verified.
+        assert!((1..400).contains(&runs), "{conduct:?}: {runs} runs");
     }
 }
 
