@@ -2,8 +2,9 @@
 //! accelerations and moments refer to the origin of the body's frame.
 
 use stiction_core::dynamics::AppliedLoad;
+use stiction_core::forward::Forward;
 use stiction_core::kinematics::Bodies;
-use stiction_core::mechanism::Mechanism;
+use stiction_core::mechanism::{BodyId, Mechanism};
 use stiction_core::spatial::{Pose, Quaternion, Vec3, Wrench};
 
 /// Returns the poses of all bodies in the world, the ground first. `origin` is the position in the
@@ -13,6 +14,17 @@ pub(crate) fn poses_in_world(
     origin: Vec3<f64>,
 ) -> impl Iterator<Item = Pose<f64>> {
     bodies.pose.iter().map(move |pose| Pose { position: pose.position + origin, ..*pose })
+}
+
+/// Returns the pose of each body except the ground, in the frame of the ground.
+pub(crate) fn poses_from_ground(
+    forward: &Forward,
+    bodies: &Bodies<f64>,
+) -> Vec<(BodyId, Pose<f64>)> {
+    let mechanism = forward.mechanism();
+    let (ground, origin) = (mechanism.base().inverse(), forward.parameters().origin);
+    let poses = poses_in_world(bodies, origin).take(mechanism.bodies().len());
+    poses.enumerate().skip(1).map(|(body, pose)| (BodyId(body), ground * pose)).collect()
 }
 
 /// Names of the columns that `bodies.csv` has for each body.

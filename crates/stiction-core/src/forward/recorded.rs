@@ -7,7 +7,7 @@ use super::inputs::Inputs;
 use super::instant::{Instant, InterfaceSample};
 use crate::kinematics::{Coordinate, ProgramMemory, Results, measure_motion};
 use crate::spatial::{Vec3, Wrench};
-use crate::statics::AppliedLoad;
+use crate::statics::{AppliedLoad, act_alike};
 use core::fmt::Debug;
 use core::ops::Range;
 use std::sync::Arc;
@@ -164,12 +164,7 @@ impl Recorded {
         modes: &[InterfaceMode],
         memory: &'m mut ProgramMemory,
     ) -> Option<Results<'m>> {
-        let is_same = |(a, b): (&AppliedLoad<f64>, &AppliedLoad<f64>)| {
-            (a.body, a.point, a.axes) == (b.body, b.point, b.axes)
-        };
-        let fits =
-            data.loads.len() == self.loads.len() && data.loads.iter().zip(&self.loads).all(is_same);
-        if !fits || !slide_on(&data.velocities, modes) {
+        if !act_alike(&data.loads, &self.loads) || !slide_on(&data.velocities, modes) {
             return None;
         }
         let (topology, parameters) = (&model.topology, &model.parameters);

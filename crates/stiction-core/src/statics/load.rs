@@ -73,6 +73,13 @@ impl AppliedLoad<f64> {
     }
 }
 
+/// Returns true if two lists of loads act on the same bodies, at the same points and in the same
+/// axes; their forces and moments may differ.
+pub(crate) fn act_alike(a: &[AppliedLoad<f64>], b: &[AppliedLoad<f64>]) -> bool {
+    let place = |load: &AppliedLoad<f64>| (load.body, load.point, load.axes);
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| place(a) == place(b))
+}
+
 impl<T: Scalar> AppliedLoad<T> {
     /// Computes the wrench of the load about the reference point, in world axes.
     pub fn wrench(&self, bodies: &Bodies<T>) -> Wrench<T> {

@@ -14,8 +14,8 @@ mod singularity_distances;
 mod weakest;
 
 pub use distance::Distances;
-pub(crate) use load::demand_of_motion;
 pub use load::{AppliedLoad, LoadAxes};
+pub(crate) use load::{act_alike, demand_of_motion};
 pub(crate) use rank::DETERMINED;
 pub(crate) use rank::InfeasibleLoad;
 pub use singularity_distances::{SingularityDistances, SingularityIndex};

@@ -205,17 +205,21 @@ fn rows_of_loops_agree_with_the_dense_solution() {
             .collect();
         let crank = [Coordinate::Joint { joint: JointId(0), dof: 0 }];
         let start = |model: &Forward| model.assemble(&poses, &crank, &[target(0.3, 1.7)]).ok();
-        let done = both(&mechanism, &[], start, |a, b| {
-            assert!(b.is_sparse() && !a.is_sparse());
-            let (a, b) = (a.instant(), b.instant());
-            assert_eq!((a.redundant, a.mobility), (3 * count, 1));
-            assert_eq!((b.redundant, b.mobility), (3 * count, 1));
-            let apart = difference(a, b);
-            // Self-stresses are computed from a nearly singular system in few corrections.
-            assert!(apart < 1e-10, "{count}: {apart:e}");
-        });
+        let done = both(&mechanism, &[], start, |a, b| assert_rows_agree(a, b, count, 0.3));
         assert!(done.is_some());
     }
+}
+
+/// Checks that the dense simulation `a` and the sparse simulation `b` of a row of `count`
+/// parallelograms agree at the crank angle `angle`, rad.
+fn assert_rows_agree(a: &Simulation<'_>, b: &Simulation<'_>, count: usize, angle: f64) {
+    assert!(b.is_sparse() && !a.is_sparse());
+    let (a, b) = (a.instant(), b.instant());
+    assert_eq!((a.redundant, a.mobility), (3 * count, 1));
+    assert_eq!((b.redundant, b.mobility), (3 * count, 1));
+    let apart = difference(a, b);
+    // Self-stresses are computed from a nearly singular system in few corrections.
+    assert!(apart < 1e-10, "{count} {angle}: {apart:e}");
 }
 
 /// Creates a row of parallelograms of thin rods without inertia about their axes and without
@@ -265,14 +269,7 @@ fn rows_of_thin_rods_are_solved_sparsely() {
             let crank = [Coordinate::Joint { joint: JointId(0), dof: 0 }];
             let start =
                 |model: &Forward| model.assemble(&poses, &crank, &[target(angle, -1.0)]).ok();
-            let done = both(&mechanism, &[], start, |a, b| {
-                assert!(b.is_sparse() && !a.is_sparse());
-                let (a, b) = (a.instant(), b.instant());
-                assert_eq!((a.redundant, a.mobility), (3 * count, 1));
-                assert_eq!((b.redundant, b.mobility), (3 * count, 1));
-                let apart = difference(a, b);
-                assert!(apart < 1e-10, "{count} {angle}: {apart:e}");
-            });
+            let done = both(&mechanism, &[], start, |a, b| assert_rows_agree(a, b, count, angle));
             assert!(done.is_some());
         }
     }

@@ -187,7 +187,8 @@ fn simulations_by_program_find_the_same_motion() {
     }
 }
 
-/// Where the program is not valid, the general solver computes the same bits as without a program.
+/// At states where the program is not valid, the general solver computes; its results are then
+/// identical to those of a simulation without a program.
 /// A program whose results do not satisfy all equations is not used further.
 #[test]
 fn invalid_results_are_refused() {

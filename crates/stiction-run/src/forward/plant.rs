@@ -4,7 +4,7 @@ use super::job::Job;
 use super::load_laws::ActingLoads;
 use super::sample::Sample;
 use super::start;
-use crate::bodies::poses_in_world;
+use crate::bodies::poses_from_ground;
 use crate::dofs::{Dof, dofs_of};
 use crate::error::{Error, check_finite};
 use stiction_core::dynamics::AppliedLoad;
@@ -98,10 +98,7 @@ impl Plant {
         let actuators = forward.mechanism().actuators();
         let motion =
             actuators.map(|(j, dof)| forward.joint_motion(&state, &bodies, j, dof)).collect();
-        let (ground, origin) = (forward.mechanism().base().inverse(), forward.parameters().origin);
-        let poses = poses_in_world(&bodies, origin).take(forward.mechanism().bodies().len());
-        let poses = poses.enumerate().skip(1);
-        Ok((motion, poses.map(|(k, pose)| (BodyId(k), ground * pose)).collect()))
+        Ok((motion, poses_from_ground(forward, &bodies)))
     }
 
     /// Starts a simulation with the inputs `held`, and passes the results at the start to

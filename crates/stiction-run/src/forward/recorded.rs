@@ -2,12 +2,11 @@
 
 use super::acting_inputs::prescribed;
 use super::job::Job;
+use crate::bodies::poses_from_ground;
 use std::sync::Arc;
 use stiction_core::dynamics::{AppliedLoad, InverseDynamics, Settings};
 use stiction_core::forward::Forward;
 use stiction_core::kinematics::{Bodies, Coordinate, State, Target};
-use stiction_core::mechanism::BodyId;
-use stiction_core::spatial::Pose;
 use stiction_program::ForwardProgram;
 
 /// Number of control periods from which a program is used. In most runs that are longer, recording
@@ -41,23 +40,15 @@ impl Job<'_> {
         }
         let mut bodies = Bodies::new(topology);
         bodies.place(topology, parameters, &start.coordinates);
-        let mechanism = &self.model.mechanism;
-        let (ground, origin) = (mechanism.base().inverse(), parameters.origin);
-        let poses: Vec<(BodyId, Pose<f64>)> = (1..mechanism.bodies().len())
-            .map(|body| {
-                let pose = bodies.pose[body];
-                (BodyId(body), ground * Pose { position: pose.position + origin, ..pose })
-            })
-            .collect();
+        let poses = poses_from_ground(forward, &bodies);
         let coordinates: Vec<Coordinate> =
             motion.coordinates.iter().map(|(coordinate, _)| *coordinate).collect();
         let signal: Vec<Vec<Target<f64>>> = (0..INSTANTS)
             .map(|k| motion.start + motion.duration * k as f64 / INSTANTS as f64)
             .map(|time| motion.at(time).collect())
             .collect();
-        let settings = Settings::default();
-        let solver =
-            InverseDynamics::new(mechanism.clone(), &poses, &coordinates, &signal[0], settings);
+        let (mechanism, settings) = (self.model.mechanism.clone(), Settings::default());
+        let solver = InverseDynamics::new(mechanism, &poses, &coordinates, &signal[0], settings);
         let Ok(solver) = solver else { return };
         let mut loads: Vec<AppliedLoad<f64>> = self.load.at(from).collect();
         loads.extend(self.load.laws.iter().map(|law| law.load(0.0)));

@@ -5,7 +5,7 @@ use crate::dynamics::coupling::FrictionCoupling;
 use crate::dynamics::settings::FrictionMode;
 use crate::friction_problem::normal_load::Configuration;
 use crate::kinematics::{KernelProgram, Stage};
-use crate::statics::AppliedLoad;
+use crate::statics::{AppliedLoad, act_alike};
 use std::sync::Arc;
 
 /// Largest residual of the balance, relative to the largest joint wrench, of forces that a program
@@ -78,10 +78,7 @@ impl InverseDynamics {
     /// kernels must then solve.
     pub(super) fn by_program(&mut self, loads: &[AppliedLoad<f64>]) -> bool {
         let Some(ProgramOfSolver { loads: recorded, .. }) = &self.program else { return false };
-        let is_same = |(a, b): (&AppliedLoad<f64>, &AppliedLoad<f64>)| {
-            (a.body, a.point, a.axes) == (b.body, b.point, b.axes)
-        };
-        let fits = loads.len() == recorded.len() && loads.iter().zip(&**recorded).all(is_same);
+        let fits = act_alike(loads, recorded);
         if self.settings.friction != FrictionMode::Converged || !fits {
             return false;
         }

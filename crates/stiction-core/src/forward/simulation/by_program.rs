@@ -5,6 +5,7 @@ use super::packing::parts;
 use super::scratch::Scratch;
 use super::step::NEAR_SINGULAR;
 use crate::forward::affine_friction::norm;
+use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
 use crate::forward::mass_matrix;
@@ -59,11 +60,31 @@ impl Simulation<'_> {
         true
     }
 
-    /// Evaluates accelerations and reactions at a state that closes the loops, by the recorded
-    /// program. `distance` is the singularity index of the loops there; `None` if it is not known,
-    /// or if constraints are redundant. Returns `None` if the model has no program, if the program
-    /// is not valid there, or if its results do not satisfy the equations of motion.
-    pub(super) fn evaluate_by_program(
+    /// Evaluates accelerations and reactions at a state that closes the loops: by the recorded
+    /// program if it is valid there, otherwise by the general solver, which also computes the
+    /// uniqueness bound if `measure`. `distance` is the singularity index of the loops there; `None`
+    /// if it is not known, or if constraints are redundant.
+    ///
+    /// # Errors
+    /// See [`Self::evaluate`].
+    pub(super) fn evaluate_at(
+        &mut self,
+        time: f64,
+        y: &[f64],
+        inputs: &mut dyn Inputs,
+        (measure, distance): (bool, Option<f64>),
+    ) -> Result<Instant, ForwardError> {
+        let distance = distance.filter(|_| !measure);
+        match self.evaluate_by_program(time, y, inputs, distance) {
+            Some(instant) => Ok(instant),
+            None => self.evaluate(time, y, inputs, measure),
+        }
+    }
+
+    /// Evaluates by the recorded program as [`Self::evaluate_at`] does. Returns `None` if the model
+    /// has no program, if the program is not valid there, or if its results do not satisfy all
+    /// equations.
+    fn evaluate_by_program(
         &mut self,
         time: f64,
         y: &[f64],

@@ -38,12 +38,8 @@ impl Simulation<'_> {
         let found = match still {
             true => self.watch(time, &y, true, inputs),
             false => {
-                let measure = self.needs_bound();
-                let distance = (!measure && self.now.redundant == 0).then_some(self.now.distance);
-                match self.evaluate_by_program(time, &y, inputs, distance) {
-                    Some(instant) => Ok(instant),
-                    None => self.evaluate(time, &y, inputs, measure),
-                }
+                let known = (self.needs_bound(), Some(self.now.distance));
+                self.evaluate_at(time, &y, inputs, known)
             }
         };
         self.lists.push(y);

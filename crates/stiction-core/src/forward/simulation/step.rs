@@ -422,18 +422,12 @@ impl Simulation<'_> {
         moved.extend_from_slice(y);
         let done = self.onto_the_loops(time, &mut moved, inputs);
         let arrived = done.and_then(|()| {
-            let distance = self.workspace.projection.distance_of_loops();
-            match self.evaluate_by_program(time, &moved, inputs, distance.filter(|_| !measure)) {
-                Some(instant) => Ok(instant),
-                None => {
-                    let mut instant = self.evaluate(time, &moved, inputs, measure)?;
-                    // Sparse solvers weight the constraints in another way than the projection.
-                    if let (Some(_), Some(distance)) = (&self.workspace.program, distance) {
-                        instant.distance = distance;
-                    }
-                    Ok(instant)
-                }
-            }
+            let Scratch { program, projection, .. } = &*self.workspace;
+            let distance = program.as_ref().and_then(|_| projection.distance_of_loops());
+            let mut instant = self.evaluate_at(time, &moved, inputs, (measure, distance))?;
+            // Sparse solvers weight the constraints in another way than the projection.
+            instant.distance = distance.unwrap_or(instant.distance);
+            Ok(instant)
         });
         self.workspace.y = moved;
         arrived
