@@ -9,6 +9,7 @@
 use crate::forward::ForwardProgram;
 use crate::motions::run;
 use crate::recording::RecordingSource;
+use crate::samples::Sample;
 use stiction_core::kinematics::Target;
 use stiction_core::random::Random;
 
@@ -21,7 +22,7 @@ impl RecordingSource<'_> {
     /// Compares the results of the program with those of the general kernel, at all samples at
     /// which the program's assumptions hold. Returns `false` if any results differ, or if at no
     /// sample the assumptions hold and the normal loads converge, with friction or without.
-    pub(crate) fn confirms(&self, program: &ForwardProgram, samples: &[Vec<f64>]) -> bool {
+    pub(crate) fn confirms(&self, program: &ForwardProgram, samples: &[Sample]) -> bool {
         let parameters = self.solver.parameters();
         let like = self.solver.state();
         let [count, _, joints, interfaces] = program.sizes();
@@ -30,11 +31,11 @@ impl RecordingSource<'_> {
         let mut random = Random::new(4);
         let mut confirmed = [0; 2];
         for sample in samples {
-            let (state, targets, loads) = self.unpacked(sample);
+            let Sample { state, targets, loads } = sample;
             // Efforts close to those of inverse dynamics at this state, so that friction does not
             // lock the actuators.
             let coordinates = &state.coordinates;
-            let ran = run(self.model, parameters, like, coordinates, (&targets, &loads), 0);
+            let ran = run(self.model, parameters, like, coordinates, (targets, loads), 0);
             let scale = ran.inverse.efforts().iter().fold(1e-9_f64, |max, x| max.max(x.abs()));
             let efforts: Vec<f64> = ran
                 .inverse
@@ -42,7 +43,7 @@ impl RecordingSource<'_> {
                 .iter()
                 .map(|drive| drive + 0.1 * scale * random.number())
                 .collect();
-            program.set(&mut memory, 0, &state, &targets, &loads, &efforts);
+            program.set(&mut memory, 0, state, loads, &efforts);
             for friction in [false, true] {
                 if friction {
                     program.run(&mut memory, &mut holds);
@@ -63,8 +64,7 @@ impl RecordingSource<'_> {
                         ..targets[k]
                     })
                     .collect();
-                let mut again =
-                    run(self.model, parameters, like, coordinates, (&moving, &loads), 0);
+                let mut again = run(self.model, parameters, like, coordinates, (&moving, loads), 0);
                 let bodies = &again.kinematics.bodies;
                 let states = again.inverse.interfaces().to_vec();
                 let mut kinds: [Vec<(f64, f64)>; 4] = Default::default();

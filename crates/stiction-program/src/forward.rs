@@ -20,11 +20,11 @@ use crate::machine::fuses;
 use crate::memory::Memory;
 use crate::recording::{Counts, RecordingSource};
 use crate::run::by_lanes;
-use crate::samples::{Sample, samples, seeded_samples};
+use crate::samples::{samples, seeded_samples};
 use crate::stages::early;
 use core::ops::Range;
 use stiction_core::dynamics::{AppliedLoad, InverseDynamics, Weighting};
-use stiction_core::forward::AccelerationProgram;
+use stiction_core::forward::{AccelerationProgram, ProgramInputs};
 use stiction_core::kinematics::{ProgramMemory, State, Target};
 
 /// Maximum number of iteration steps for the normal loads.
@@ -67,7 +67,7 @@ const LAST: usize = 4;
 ///
 /// let mut memory = program.memory(1);
 /// let mut holds = [false];
-/// program.set(&mut memory, 0, solver.state(), &signal[0], &[], &[0.0]);
+/// program.set(&mut memory, 0, solver.state(), &[], &[0.0]);
 /// program.run(&mut memory, &mut holds);
 /// // Released in the horizontal position, it falls with g / l.
 /// assert!(holds[0] && (program.acceleration(&memory, 0, 0) + 9.81 / 0.5).abs() < 1e-12);
@@ -180,8 +180,7 @@ impl ForwardProgram {
             let (actuators, coordinates) = (counts.drives, counts.targets);
             return Err(RecordError::ActuatorCount { actuators, coordinates });
         }
-        let samples: Vec<Vec<f64>> =
-            samples(solver, signal, loads)?.iter().map(Sample::of_tree).collect();
+        let samples = samples(solver, signal, loads)?;
         let pivots = source.mass_pivots(&samples).ok_or(RecordError::NoInertia)?;
         let mut form = source.wrench_form(&samples);
         // A first recording with all interfaces determines the interfaces whose friction changes a
@@ -197,8 +196,7 @@ impl ForwardProgram {
         let places = loads.iter().map(place_of).collect();
         let program = Self::compile(source.counts(coupled.len()), &recorded, places, machine)?;
         // The program is verified at states other than those of the recording.
-        let others: Vec<Vec<f64>> =
-            seeded_samples(9, solver, signal, loads)?.iter().map(Sample::of_tree).collect();
+        let others = seeded_samples(9, solver, signal, loads)?;
         if source.confirms(&program, &others) {
             Ok(program)
         } else {
@@ -249,11 +247,12 @@ impl ForwardProgram {
         let newton = if counts.coupled > 0 { slots.places(&recorded.newton)? } else { Vec::new() };
         let (next, determinant) = newton.split_at(counts.coupled);
         let rest = slots.places(&recorded.rest)?;
-        let moments = &rest[rest.len() - 3 * counts.interfaces..];
+        let moments = &rest[counts.targets + counts.dofs + 6 * counts.joints..];
+        let (moments, moving) = moments.split_at(3 * counts.interfaces);
         let moment = |k: usize| moments[k * counts.interfaces..][..counts.interfaces].to_vec();
         let real = Motion::new(&rest, &counts);
         let (loads, frictions) = (moment(0), moment(2));
-        let collected = [&real.tree[..], &loads, &frictions, &real.reactions].concat();
+        let collected = [&real.tree[..], &loads, &frictions, moving, &real.reactions].concat();
         let results = slots.reserve(collected.len()) as usize..slots.count();
         let places = Places {
             start: slots.places(&recorded.begin)?,
@@ -298,42 +297,43 @@ impl ForwardProgram {
 
     /// Sets position and rates, loads, and all actuator efforts (N or N m) of one lane. Efforts are
     /// in the order of [`stiction_core::mechanism::Mechanism::actuators`]. The state must close the
-    /// loops. `targets` are the values and rates, in this state, of the coordinates that the
-    /// recording solver prescribes. Accelerations in `state` and `targets` are ignored. The results
-    /// of the last run are not changed.
+    /// loops; its accelerations are ignored. The results of the last run are not changed.
     ///
     /// # Panics
-    /// If the lane does not exist, if the number of targets or efforts differs from that of the
-    /// prescribed coordinates or actuators, or if a load differs from the recorded one in its body,
-    /// point or axes.
+    /// If the lane does not exist, if the state is that of another mechanism, if the number of
+    /// efforts differs from that of the actuators, or if a load differs from the recorded one in
+    /// its body, point or axes.
     pub fn set(
         &self,
         memory: &mut Memory,
         lane: usize,
         state: &State<f64>,
-        targets: &[Target<f64>],
         loads: &[AppliedLoad<f64>],
         efforts: &[f64],
     ) {
         // Inputs have no names, so a missing number would shift all later inputs.
-        let given = [targets.len(), efforts.len(), state.coordinates.len(), state.rates.len()];
-        let Counts { targets: count, drives, coordinates, dofs, .. } = self.counts;
-        let expected = [count, drives, coordinates, dofs];
+        let given = [efforts.len(), state.coordinates.len(), state.rates.len()];
+        let Counts { drives, coordinates, dofs, .. } = self.counts;
+        let expected = [drives, coordinates, dofs];
         assert!(
             given == expected,
-            "expected {expected:?} targets, efforts, coordinates and rates, found {given:?}"
+            "expected {expected:?} efforts, coordinates and rates, found {given:?}"
         );
         check_loads(&self.loaded, loads);
-        let mut put = memory.writer(lane);
-        put(&state.coordinates);
-        put(&state.rates);
-        (0..self.counts.dofs).for_each(|_| put(&[0.0]));
-        targets.iter().for_each(|target| put(&[target.value, target.rate, 0.0]));
-        for load in loads {
+        let (coordinates, rates) = (&state.coordinates[..], &state.rates[..]);
+        let inputs = ProgramInputs { coordinates, rates, loads, efforts };
+        self.write(&inputs, memory.writer(lane));
+    }
+
+    /// Passes the inputs of the program to `put`, in the order of their slots.
+    fn write(&self, inputs: &ProgramInputs<'_>, mut put: impl FnMut(&[f64])) {
+        put(inputs.coordinates);
+        put(inputs.rates);
+        for load in inputs.loads {
             put(&load.force.to_array());
             put(&load.moment.to_array());
         }
-        put(efforts);
+        put(inputs.efforts);
     }
 
     /// Computes motion and reactions without friction, for [`Self::ideal_acceleration`] and
@@ -466,8 +466,12 @@ impl AccelerationProgram for ForwardProgram {
         ProgramMemory { slots: slots.to_vec(), scratch: scratch.to_vec() }
     }
 
-    fn run(&self, memory: &mut ProgramMemory) -> bool {
+    fn run(&self, memory: &mut ProgramMemory, inputs: &ProgramInputs<'_>) -> bool {
         let ProgramMemory { slots, scratch } = memory;
+        let mut places = slots.iter_mut();
+        self.write(inputs, |numbers| {
+            numbers.iter().zip(&mut places).for_each(|(number, place)| *place = *number);
+        });
         let mut settled = [false];
         self.run_lanes::<1>(slots, scratch, &mut settled);
         let Places { collected, results, .. } = &self.places;

@@ -8,11 +8,13 @@ use crate::locality::{Replacement, WrenchForm, at_fixed_accelerations, frame};
 use crate::motions::{Inertial, UnitAccelerations, run};
 use crate::recorded::Recorded;
 use crate::recording::{Counts, RecordingSource};
+use crate::samples::Sample;
 use crate::small_lu::largest_pivots;
 use crate::wrench::{components, from_components, local, reaction};
 use stiction_core::dynamics::{AppliedLoad, Data, Response, Sharing};
+use stiction_core::forward::moving_results;
 use stiction_core::friction::Load;
-use stiction_core::kinematics::Target;
+use stiction_core::kinematics::{Bodies, Target, measure_motion};
 use stiction_core::parameters::Parameters;
 use stiction_core::scalar::Scalar;
 use stiction_core::spatial::Wrench;
@@ -141,18 +143,12 @@ impl KernelResponses {
 impl RecordingSource<'_> {
     /// Chooses the order of pivots for the matrix of actuator forces per unit acceleration. Returns
     /// `None` if the actuator forces do not determine the accelerations.
-    pub(crate) fn mass_pivots(&self, samples: &[Vec<f64>]) -> Option<Vec<(usize, usize)>> {
+    pub(crate) fn mass_pivots(&self, samples: &[Sample]) -> Option<Vec<(usize, usize)>> {
         let counts = self.counts(0);
-        let sample = samples.first()?;
-        let like = self.solver.state();
-        let (coordinates, rest) = sample.split_at(counts.coordinates);
-        let targets: Vec<Target<f64>> = rest[2 * counts.dofs..]
-            .chunks(3)
-            .take(counts.targets)
-            .map(|t| Target { value: t[0], rate: t[1], acceleration: t[2] })
-            .collect();
+        let Sample { state, targets, .. } = samples.first()?;
+        let (like, coordinates) = (self.solver.state(), &state.coordinates);
         let parameters = self.solver.parameters();
-        let units = UnitAccelerations::new(self.model, parameters, like, coordinates, &targets);
+        let units = UnitAccelerations::new(self.model, parameters, like, coordinates, targets);
         largest_pivots(units.masses(counts.drives))
     }
 
@@ -166,16 +162,16 @@ impl RecordingSource<'_> {
         let like = self.solver.state();
         let mut next = || inputs.next().unwrap_or_else(Recorded::zero);
         let coordinates: Vec<Recorded> = (0..counts.coordinates).map(|_| next()).collect();
-        // The kernel computes the rates again. Value numbering merges them with these inputs, which
-        // precede them in the graph. No result may depend on the accelerations.
-        (0..2 * counts.dofs).for_each(|_| {
-            next();
-        });
-        let targets: Vec<Target<Recorded>> = (0..counts.targets)
-            .map(|_| {
-                let [value, rate, _] = [next(), next(), next()];
-                Target { value, rate, acceleration: Recorded::zero() }
-            })
+        let rates: Vec<Recorded> = (0..counts.dofs).map(|_| next()).collect();
+        let topology = self.model.topology();
+        let mut bodies = Bodies::new(topology);
+        bodies.place(topology, &parameters, &coordinates);
+        bodies.move_with(topology, &rates);
+        // The kernel computes the rates again from those of the prescribed coordinates. Value
+        // numbering merges them with the rates of the tree, which precede them in the graph.
+        let prescribed = self.solver.constraints().coordinates().iter();
+        let targets: Vec<Target<Recorded>> = prescribed
+            .map(|own| measure_motion(*own, topology, &parameters, &bodies, &coordinates))
             .collect();
         let loads = self.read_loads(&mut next);
         let efforts = (0..counts.drives).map(|_| next()).collect();
@@ -260,6 +256,8 @@ impl RecordingSource<'_> {
         rest.extend(&all_loads);
         rest.extend(states.iter().map(|state| state.velocity));
         rest.extend(&all_forces);
+        let (topology, bodies) = (self.model.topology(), &base.kinematics.bodies);
+        rest.extend(moving_results(topology, &kernel.parameters, bodies, &kernel.loads));
         KernelResults {
             masses,
             rights: rights.concat(),

@@ -20,6 +20,7 @@ use crate::graph::{Graph, Node};
 use crate::locality::WrenchForm;
 use crate::recorded::{Recorded, extend_graph, record_groups};
 use crate::recording::RecordingSource;
+use crate::samples::Sample;
 use crate::small_lu::{Factors, diagonal};
 use crate::stages::{holds, with_inputs_replaced};
 use crate::value_numbering::{Merged, merge};
@@ -54,14 +55,13 @@ pub(crate) struct ForwardStages {
 
 impl RecordingSource<'_> {
     /// Records and merges all stages; `coupled` lists the interfaces whose friction changes a
-    /// normal load. Replacements in `form` that need divisions are removed. Each sample contains
-    /// [`Counts::inputs`](crate::recording::Counts::inputs) values.
+    /// normal load. Replacements in `form` that need divisions are removed.
     pub(crate) fn record_forward(
         &self,
         coupled: &[usize],
         pivots: &[(usize, usize)],
         form: &mut WrenchForm,
-        samples: &[Vec<f64>],
+        samples: &[Sample],
     ) -> ForwardStages {
         let counts = self.counts(coupled.len());
         let (count, unknowns) = (coupled.len(), counts.targets);
@@ -76,7 +76,7 @@ impl RecordingSource<'_> {
         let rows: Vec<Vec<f64>> = samples
             .iter()
             .map(|sample| {
-                let mut sample = sample.clone();
+                let mut sample = sample.of_tree();
                 sample.extend((0..counts.drives).map(|_| 100.0 * random.number()));
                 sample.extend((0..2 * count).map(|_| 50.0 + 40.0 * random.number()));
                 sample.extend((0..unknowns).map(|_| random.number()));

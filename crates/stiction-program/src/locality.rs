@@ -18,6 +18,7 @@
 use crate::graph::{Graph, Node, Op};
 use crate::motions::{UnitAccelerations, run};
 use crate::recording::{Counts, RecordingSource};
+use crate::samples::Sample;
 use crate::wrench::{components, local};
 use stiction_core::dynamics::{Response, Sharing};
 use stiction_core::friction::InterfaceShape;
@@ -88,7 +89,7 @@ struct Rows {
 
 impl RecordingSource<'_> {
     /// Finds the form in which most entries vanish at all samples.
-    pub(crate) fn wrench_form(&self, samples: &[Vec<f64>]) -> WrenchForm {
+    pub(crate) fn wrench_form(&self, samples: &[Sample]) -> WrenchForm {
         let rows: Vec<Rows> =
             samples.iter().take(SAMPLES).map(|sample| self.friction_rows(sample)).collect();
         let counts = self.counts(0);
@@ -102,11 +103,11 @@ impl RecordingSource<'_> {
         WrenchForm { replacements, rows: rows.into_iter().next(), counts }
     }
 
-    fn friction_rows(&self, sample: &[f64]) -> Rows {
-        let (state, targets, loads) = self.unpacked(sample);
+    fn friction_rows(&self, sample: &Sample) -> Rows {
+        let Sample { state, targets, loads } = sample;
         let (model, parameters) = (self.model, self.solver.parameters());
         let like = self.solver.state();
-        let ran = run(model, parameters, like, &state.coordinates, (&targets, &loads), 0);
+        let ran = run(model, parameters, like, &state.coordinates, (targets, loads), 0);
         let bodies = &ran.kinematics.bodies;
         let responses = Sharing::new(model).responses(model, parameters, bodies, &ran.inverse);
         let wrenches = at_fixed_accelerations(parameters, bodies, &responses);
@@ -114,7 +115,7 @@ impl RecordingSource<'_> {
             core::array::from_fn(|k| wrenches.iter().map(|w| components(*w)[k]).collect())
         };
         let units =
-            UnitAccelerations::new(model, parameters, like, &state.coordinates, &targets).forces;
+            UnitAccelerations::new(model, parameters, like, &state.coordinates, targets).forces;
         let accelerated: Vec<Vec<Wrench<f64>>> = parameters
             .interfaces
             .iter()

@@ -1,11 +1,10 @@
 //! Data types that the recordings of all kinds of programs use.
 
 use crate::recorded::Recorded;
-use crate::wrench::from_components;
 use stiction_core::dynamics::{AppliedLoad, InverseDynamics, Model};
-use stiction_core::kinematics::{State, Target};
+use stiction_core::kinematics::Target;
 use stiction_core::parameters::Parameters;
-use stiction_core::spatial::{Vec3, Wrench};
+use stiction_core::spatial::Vec3;
 
 /// Numbers of coordinates, joints, interfaces and other parts of a mechanism and its program.
 #[derive(Clone, Copy, Debug)]
@@ -40,29 +39,6 @@ pub(crate) struct Followed {
 }
 
 impl RecordingSource<'_> {
-    /// Converts the numbers of a sample to the state of the tree, prescribed values and loads.
-    pub(crate) fn unpacked(
-        &self,
-        sample: &[f64],
-    ) -> (State<f64>, Vec<Target<f64>>, Vec<AppliedLoad<f64>>) {
-        let counts = self.counts(0);
-        let (coordinates, rest) = sample.split_at(counts.coordinates);
-        let (rates, rest) = rest.split_at(counts.dofs);
-        let (accelerations, rest) = rest.split_at(counts.dofs);
-        let (targets, loads) = rest.split_at(3 * counts.targets);
-        let state = State {
-            coordinates: coordinates.to_vec(),
-            rates: rates.to_vec(),
-            accelerations: accelerations.to_vec(),
-        };
-        let target = |t: &[f64]| Target { value: t[0], rate: t[1], acceleration: t[2] };
-        let loads = self.loads.iter().zip(loads.chunks(6)).map(|(load, numbers)| {
-            let Wrench { force, moment } = from_components(numbers);
-            AppliedLoad { force, moment, ..*load }
-        });
-        (state, targets.chunks(3).map(target).collect(), loads.collect())
-    }
-
     /// Reads the loads from the inputs of a recording, which follow one after the other.
     pub(crate) fn read_loads(
         &self,

@@ -195,9 +195,9 @@ impl<'a> ForwardRuns<'a> {
         for lane in 0..self.lanes {
             let sample = self.sample(lane, step);
             let Self { robot, program, memory, expected, .. } = self;
-            let (state, targets) = (&robot.positions[sample], &robot.targets[sample]);
+            let state = &robot.positions[sample];
             let (loads, efforts) = (&robot.loads[sample], &expected[sample].drives);
-            program.set(memory, lane, black_box(state), targets, loads, efforts);
+            program.set(memory, lane, black_box(state), loads, efforts);
         }
         if self.friction {
             self.program.run(&mut self.memory, &mut self.settled);

@@ -3,6 +3,7 @@
 use super::Forward;
 use super::inputs::{InputState, Inputs, View};
 use super::mass_matrix::MassMatrix;
+use super::recorded::surface_velocities;
 use crate::friction_problem::normal_load::Configuration;
 use crate::kinematics::{Bodies, State, Target};
 use crate::spatial::Twist;
@@ -169,10 +170,8 @@ impl Forward {
         let Data { state, bodies, velocities, .. } = data;
         bodies.place(topology, parameters, &state.coordinates);
         bodies.move_with(topology, &state.rates);
-        let pitch = &parameters.pitch;
         velocities.clear();
-        let interfaces = parameters.interfaces.iter();
-        velocities.extend(interfaces.map(|c| bodies.surface_velocity(topology, c, pitch[c.joint])));
+        velocities.extend(surface_velocities(topology, parameters, bodies));
     }
 
     /// Evaluates the inputs for the motion in `data`.

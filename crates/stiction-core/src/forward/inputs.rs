@@ -204,6 +204,14 @@ pub trait Inputs {
         time
     }
 
+    /// Returns true if efforts, loads and rates of internal states keep the values of the last
+    /// evaluation until the next change ([`Self::next_change`]) or the next sign change of a
+    /// switching function, however the mechanism moves. They need not be evaluated again until then.
+    /// The default is false.
+    fn are_constant(&self) -> bool {
+        false
+    }
+
     /// Returns the latest time, s, for which a few samples between `time` and this time resolve all
     /// changes of the inputs. No step extends beyond this time, because a longer step could miss a
     /// short pulse.
@@ -246,5 +254,9 @@ impl Inputs for ConstantEfforts {
 
     fn steady_until(&self, _time: f64) -> f64 {
         f64::INFINITY
+    }
+
+    fn are_constant(&self) -> bool {
+        true
     }
 }

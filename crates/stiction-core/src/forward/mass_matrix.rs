@@ -241,24 +241,27 @@ pub(super) fn potential(parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> f
 
 /// Returns the power dissipated by the dampers of springs, W. The twists in `bodies` must be up to
 /// date.
-pub(super) fn damped(parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> f64 {
-    spring_powers(parameters, bodies).map(|spring| spring.dissipated).sum()
+pub(super) fn damped<T: Scalar>(parameters: &Parameters<T>, bodies: &Bodies<T>) -> T {
+    sum(spring_powers(parameters, bodies).map(|spring| spring.dissipated))
 }
 
 /// Returns the power of all external loads, W. The twists in `bodies` must be up to date.
-pub(super) fn power_of_loads(loads: &[AppliedLoad<f64>], bodies: &Bodies<f64>) -> f64 {
-    loads.iter().map(|load| bodies.twist[load.body.0].power(load.wrench(bodies))).sum()
+pub(super) fn power_of_loads<T: Scalar>(loads: &[AppliedLoad<T>], bodies: &Bodies<T>) -> T {
+    sum(loads.iter().map(|load| bodies.twist[load.body.0].power(load.wrench(bodies))))
 }
 
 /// Returns the rate of change of the potential energy of gravity and springs, W. The twists in
 /// `bodies` must be up to date.
-pub(super) fn exchange(parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> f64 {
+pub(super) fn exchange<T: Scalar>(parameters: &Parameters<T>, bodies: &Bodies<T>) -> T {
     let of_body = |body: usize| {
         let com = bodies.pose[body].apply(parameters.com[body]);
-        let twist = bodies.twist[body];
-        let velocity = twist.velocity_at(com);
+        let velocity = bodies.twist[body].velocity_at(com);
         -parameters.mass[body] * parameters.gravity.dot(velocity)
     };
     let of_springs = spring_powers(parameters, bodies).map(|spring| spring.energy_rate);
-    (1..bodies.pose.len()).map(of_body).chain(of_springs).sum()
+    sum((1..bodies.pose.len()).map(of_body).chain(of_springs))
+}
+
+fn sum<T: Scalar>(terms: impl Iterator<Item = T>) -> T {
+    terms.fold(T::zero(), |sum, term| sum + term)
 }

@@ -55,7 +55,7 @@ pub use error::Competitor;
 #[doc(hidden)]
 pub use instant::{Account, InterfaceSample};
 #[doc(hidden)]
-pub use recorded::AccelerationProgram;
+pub use recorded::{AccelerationProgram, ProgramInputs, moving_results};
 #[doc(hidden)]
 pub use simulation::Energies;
 #[doc(hidden)]

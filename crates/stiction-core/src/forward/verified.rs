@@ -5,20 +5,24 @@ use super::Forward;
 use super::affine_friction::{InterfaceMode, norm};
 use super::data::Data;
 use super::instant::Instant;
+use super::recorded::ProgramResults;
+use crate::dynamics::spring_powers;
 use crate::spatial::Wrench;
 
-/// Largest residual of an equation, relative to the largest wrench or acceleration. The solutions of
-/// recorded programs are not refined, so the tolerance is close to round-off.
+/// Largest residual of an equation, relative to the largest wrench, acceleration, velocity or power.
+/// The solutions of recorded programs are not refined, so the tolerance is close to round-off.
 const MET: f64 = 1e-10;
 
 impl Forward {
-    /// Returns true if the results in `instant` satisfy all equations: the motion of each body, the
-    /// efforts and frictions in each joint, the friction laws, and the loops. All interfaces must
-    /// slide, without gearings or motor shafts. `sums` is a buffer.
+    /// Returns true if the results of a program, which are also in `instant`, satisfy all equations:
+    /// the motion of each body, the efforts and frictions in each joint, the friction laws, the
+    /// loops, the velocities and the powers. All interfaces must slide, without gearings or motor
+    /// shafts. `sums` is a buffer.
     pub(super) fn satisfies_all_equations(
         &self,
         (data, modes): (&Data, &[InterfaceMode]),
         instant: &Instant,
+        results: &ProgramResults<'_>,
         sums: &mut Vec<Wrench<f64>>,
     ) -> bool {
         let sizes = instant.wrenches.iter().map(|wrench| self.size_of(*wrench));
@@ -28,6 +32,38 @@ impl Forward {
         self.moves_bodies(data, instant, MET * largest, sums)
             && self.transmits_efforts((data, modes), instant, MET * largest, sums)
             && self.closes_loops(instant)
+            && self.has_velocities_and_powers(data, instant, results, largest)
+    }
+
+    /// Returns true if velocities and powers of the program are those of the moving bodies.
+    /// `largest` is the size of the largest wrench, N.
+    fn has_velocities_and_powers(
+        &self,
+        data: &Data,
+        instant: &Instant,
+        results: &ProgramResults<'_>,
+        largest: f64,
+    ) -> bool {
+        let (topology, length) = (&self.topology, self.parameters.length);
+        let least = MET * self.fastest(data) * length;
+        let slides = results
+            .velocities
+            .iter()
+            .zip(&data.velocities)
+            .all(|(found, velocity)| norm([0, 1, 2].map(|i| found[i] - velocity[i])) <= least);
+        let turns = topology.actuators.iter().zip(results.actuator_rates).all(|(own, found)| {
+            let dof = &topology.joint_types[own.joint].dofs()[own.dof];
+            let arm = if dof.translates() { 1.0 } else { length };
+            (found - data.bodies.actuator_rate(topology, *own)).abs() * arm <= least
+        });
+        let account = &instant.account;
+        let powers = [account.loads, account.dampers, account.exchange];
+        let mut works = powers.iter().zip(results.powers);
+        // Loads and preloads that cancel each other do not appear in any resultant.
+        let loads = data.loads.iter().map(|load| self.size_of(load.wrench(&data.bodies)));
+        let springs = spring_powers(&self.parameters, &data.bodies).map(|spring| spring.turnover);
+        let least = (largest + loads.sum::<f64>()) * least + MET * springs.sum::<f64>();
+        slides && turns && works.all(|(power, found)| (found - power).abs() <= least)
     }
 
     /// Wrench that the joints must exert on a body for its acceleration.

@@ -156,13 +156,13 @@ pub(super) fn measure<T: Scalar>(
 
 /// Computes the value and rate of a coordinate from the poses and twists of the bodies. The
 /// acceleration in the returned target is zero.
-pub(crate) fn measure_motion(
+pub fn measure_motion<T: Scalar>(
     coordinate: Coordinate,
     topology: &Topology,
-    parameters: &Parameters<f64>,
-    bodies: &Bodies<f64>,
-    tree: &[f64],
-) -> Target<f64> {
+    parameters: &Parameters<T>,
+    bodies: &Bodies<T>,
+    tree: &[T],
+) -> Target<T> {
     let at = (bodies, &mut None);
     let Measured { value, covector } = measure(coordinate, topology, parameters, at, tree);
     let rate = match coordinate {
@@ -171,7 +171,7 @@ pub(crate) fn measure_motion(
         | Coordinate::RotationVector { body, .. } => bodies.twist[body.0].power(covector),
         Coordinate::Joint { joint, dof } => bodies.joint_rates(topology, joint.0)[dof],
     };
-    Target { value, rate, acceleration: 0.0 }
+    Target { value, rate, acceleration: T::zero() }
 }
 
 /// Computes the second time derivative that a coordinate has if all accelerations of the spanning

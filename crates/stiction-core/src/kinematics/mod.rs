@@ -36,7 +36,7 @@ pub(crate) use dof::{actuator_rate, body_twists};
 pub use error::AssemblyError;
 pub use finite_motion::FiniteMotion;
 pub(crate) use kernel_program::Results;
-pub(crate) use measure::{deviation, difference, measure_motion};
+pub(crate) use measure::{deviation, difference};
 pub(crate) use model::KinematicModel;
 pub(crate) use partial::{Missed, RateRows, What, assemble_partly};
 pub(crate) use random_configuration::RandomConfiguration;
@@ -51,6 +51,8 @@ pub use error::{Gap, OpenDof};
 pub use kernel_program::{KernelProgram, ProgramMemory, Stage};
 #[doc(hidden)]
 pub use legs::Legs;
+#[doc(hidden)]
+pub use measure::measure_motion;
 #[doc(hidden)]
 pub use motion_constraints::MotionConstraints;
 #[doc(hidden)]

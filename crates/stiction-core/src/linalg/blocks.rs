@@ -1,6 +1,7 @@
 //! Cholesky decomposition of sparse symmetric positive definite block matrices.
 
 use super::elimination_order::EliminationOrder;
+use super::hub_cholesky::HubCholesky;
 
 /// Number of rows and columns of a block.
 pub(crate) const BLOCK: usize = 6;
@@ -45,6 +46,9 @@ pub(crate) struct BlockCholesky {
     kept_diagonal: Vec<Block>,
     kept_below: Vec<Block>,
     solution: Vec<Part>,
+    /// Matrix of the last block rows if only a matrix of low rank couples them, and the elimination
+    /// step of the first one.
+    hub: Option<(usize, HubCholesky)>,
 }
 
 /// Location of a matrix block in the storage of [`BlockCholesky`].
@@ -70,8 +74,42 @@ impl BlockCholesky {
     /// columns are in use. All other entries, except on the diagonal, must be zero, and also those
     /// of right-hand sides.
     pub(crate) fn with_sizes(sizes: &[usize], pairs: impl Iterator<Item = (usize, usize)>) -> Self {
+        Self::in_order(EliminationOrder::new(sizes.len(), pairs), sizes)
+    }
+
+    /// Prepares a matrix like [`Self::with_sizes`], to which a matrix `V V^T` with six columns is
+    /// added ([`Self::set_hub_row`]). Only the block rows `hub` of `V` are not zero. If the other
+    /// blocks do not couple these block rows, the cost grows linearly with their number, and they
+    /// have no blocks for their pairs; otherwise the added matrix must be written to the blocks, see
+    /// [`Self::has_hub`].
+    pub(crate) fn with_hub(
+        sizes: &[usize],
+        pairs: impl Iterator<Item = (usize, usize)>,
+        hub: &[usize],
+    ) -> Self {
+        let pairs: Vec<(usize, usize)> = pairs.collect();
         let count = sizes.len();
-        let order = EliminationOrder::new(count, pairs);
+        let mut is_hub = vec![false; count];
+        hub.iter().for_each(|block| is_hub[*block] = true);
+        let among = hub.iter().enumerate().flat_map(|(k, a)| hub[..k].iter().map(|b| (*a, *b)));
+        let mut order = EliminationOrder::new(count, pairs.iter().copied().chain(among));
+        let first = count - hub.len();
+        let are_last = order.nodes[first..].iter().all(|block| is_hub[*block]);
+        let couples_none =
+            |around: &Vec<usize>| around.iter().filter(|block| is_hub[**block]).count() < 2;
+        let is_separate = order.neighbours[..first].iter().all(couples_none);
+        let are_apart = pairs.iter().all(|(a, b)| a == b || !(is_hub[*a] && is_hub[*b]));
+        let is_linear = !hub.is_empty() && are_last && is_separate && are_apart;
+        if is_linear {
+            order.neighbours[first..].iter_mut().for_each(Vec::clear);
+        }
+        let mut made = Self::in_order(order, sizes);
+        made.hub = is_linear.then(|| (first, HubCholesky::new(hub.len())));
+        made
+    }
+
+    fn in_order(order: EliminationOrder, sizes: &[usize]) -> Self {
+        let count = sizes.len();
         let mut place = vec![0; count];
         order.nodes.iter().enumerate().for_each(|(step, block)| place[*block] = step);
         let (mut starts, mut rows) = (vec![0], Vec::new());
@@ -89,6 +127,7 @@ impl BlockCholesky {
             kept_diagonal: Vec::new(),
             kept_below: Vec::new(),
             solution: Vec::new(),
+            hub: None,
             starts,
             rows,
             updates: Vec::new(),
@@ -129,6 +168,22 @@ impl BlockCholesky {
     pub(crate) fn clear(&mut self) {
         self.diagonal.fill(NOTHING);
         self.below.fill(NOTHING);
+        if let Some((_, hub)) = &mut self.hub {
+            hub.clear();
+        }
+    }
+
+    /// Returns `true` if the matrix of low rank of [`Self::with_hub`] has no blocks.
+    pub(crate) fn has_hub(&self) -> bool {
+        self.hub.is_some()
+    }
+
+    /// Sets a block row of `V`, see [`Self::with_hub`]. `columns` contains the columns of this block
+    /// row.
+    pub(crate) fn set_hub_row(&mut self, block: usize, columns: &Block) {
+        if let Some((first, hub)) = &mut self.hub {
+            hub.set_row(self.place[block] - *first, columns);
+        }
     }
 
     /// Returns the block at a storage location, and a flag that is `true` if the block is stored
@@ -149,9 +204,14 @@ impl BlockCholesky {
 
     /// Returns the smallest diagonal entry in use: an upper bound of the smallest eigenvalue.
     pub(crate) fn least_diagonal(&self) -> f64 {
-        let used = self.diagonal.iter().zip(&self.sizes);
-        let entries = used.flat_map(|(block, size)| (0..*size).map(move |i| block[i][i]));
-        entries.fold(f64::INFINITY, f64::min)
+        let mut least = f64::INFINITY;
+        for (step, (block, size)) in self.diagonal.iter().zip(&self.sizes).enumerate() {
+            let hub = self.hub.as_ref().filter(|(first, _)| step >= *first);
+            let added =
+                hub.map_or([0.0; BLOCK], |(first, hub)| hub.low_rank_diagonal(step - first));
+            least = (0..*size).map(|i| block[i][i] + added[i]).fold(least, f64::min);
+        }
+        least
     }
 
     /// Saves a copy of the matrix, which [`Self::restore`] copies back after a decomposition.
@@ -175,7 +235,7 @@ impl BlockCholesky {
     /// `least` or is not finite.
     pub(crate) fn factor_above(&mut self, least: f64) -> bool {
         let mut next = 0;
-        for step in 0..self.diagonal.len() {
+        for step in 0..self.before_hub() {
             // Constant sizes are faster.
             let eliminated = match self.sizes[step] {
                 BLOCK => self.eliminate(step, BLOCK, least, &mut next),
@@ -185,7 +245,19 @@ impl BlockCholesky {
                 return false;
             }
         }
-        true
+        let Some((first, hub)) = &mut self.hub else { return true };
+        let rest = self.diagonal[*first..].iter().zip(&self.sizes[*first..]);
+        for (k, (block, size)) in rest.enumerate() {
+            let own = hub.block(k);
+            *own = *block;
+            (*size..BLOCK).for_each(|i| own[i][i] = 1.0);
+        }
+        hub.factor_above(least)
+    }
+
+    /// Number of elimination steps before those of the hub.
+    fn before_hub(&self) -> usize {
+        self.hub.as_ref().map_or(self.diagonal.len(), |(first, _)| *first)
     }
 
     /// Eliminates the block row of a step, of which `size` rows are in use. `next` is the index in
@@ -218,7 +290,11 @@ impl BlockCholesky {
     /// Returns the pivots of a block row after [`Self::factor`]: the diagonal entries of the row
     /// after the elimination of all previous rows.
     pub(crate) fn pivots(&self, block: usize) -> Part {
-        let inverse = &self.diagonal[self.place[block]];
+        let step = self.place[block];
+        if let Some((first, hub)) = self.hub.as_ref().filter(|(first, _)| step >= *first) {
+            return hub.pivots(step - first);
+        }
+        let inverse = &self.diagonal[step];
         core::array::from_fn(|k| inverse[k][k].powi(-2))
     }
 
@@ -236,7 +312,7 @@ impl BlockCholesky {
         for (part, place) in vector.iter().zip(&self.place) {
             x[*place] = *part;
         }
-        for step in 0..self.diagonal.len() {
+        for step in 0..self.before_hub() {
             let size = self.sizes[step];
             let mut own = [0.0; BLOCK];
             for (own, row) in own[..size].iter_mut().zip(&self.diagonal[step]) {
@@ -250,7 +326,10 @@ impl BlockCholesky {
                 }
             }
         }
-        for step in (0..self.diagonal.len()).rev() {
+        if let Some((first, hub)) = &self.hub {
+            hub.solve(&mut x[*first..]);
+        }
+        for step in (0..self.before_hub()).rev() {
             let size = self.sizes[step];
             let mut own = x[step];
             for k in self.starts[step]..self.starts[step + 1] {

@@ -24,6 +24,9 @@ const CLEAR: f64 = 10.0;
 /// smallest singular value has at least eight correct digits.
 const CERTAIN: f64 = 1.01;
 const ACCURATE: f64 = 1e-7;
+/// Largest number of singular values below the limit that are computed one by one, if all columns
+/// are independent.
+const FEW: usize = 12;
 /// Relative residual at which the iteration for the largest squared singular value stops. The
 /// relative error of the value is of the order of the square of this residual.
 const ACCURACY_OF_LARGEST: f64 = 1e-3;
@@ -54,6 +57,9 @@ struct SparseRank {
     /// singular values of `A`. `None` if all columns are independent.
     square: Option<(SparseMatrix, SparseQr)>,
     largest: f64,
+    /// Singular values that count as zero although all columns are independent, ascending, with
+    /// their right singular vectors of unit norm.
+    negligible: Vec<(f64, Vec<f64>)>,
     /// Smallest non-zero singular value.
     smallest: f64,
     /// Right singular vector of the singular value `smallest`, with unit norm.
@@ -104,7 +110,7 @@ impl Decomposition {
     pub fn sparse(matrix: SparseMatrix, groups: &[usize], limit: Limit) -> Self {
         match SparseRank::new(&matrix, groups, limit) {
             Some(sparse) => {
-                let rank = sparse.upper.rank();
+                let rank = sparse.rank();
                 Self { matrix, sparse: Some(sparse), dense: OnceLock::new(), rank }
             }
             None => Self::dense(matrix, limit),
@@ -141,7 +147,7 @@ impl Decomposition {
         match &self.sparse {
             Some(sparse) if index + 1 == self.rank => sparse.smallest,
             Some(sparse) if index == 0 && self.rank > 0 => sparse.largest,
-            Some(sparse) if index >= self.rank => sparse.upper.dropped(),
+            Some(sparse) if index >= self.rank => sparse.dropped(),
             _ => self.svd().singular_values[index],
         }
     }
@@ -157,7 +163,7 @@ impl Decomposition {
                 let value = |k| match k {
                     0 if self.rank > 0 => sparse.largest,
                     k if k < self.rank => sparse.smallest,
-                    _ => sparse.upper.dropped(),
+                    _ => sparse.dropped(),
                 };
                 (0..self.matrix.ncols()).map(value).collect()
             }
@@ -172,13 +178,16 @@ impl Decomposition {
 
     /// Computes a basis of unit vectors of the null space, for the given rank. The basis from a
     /// dense decomposition is orthonormal. With sparse factors, each basis vector belongs to one
-    /// dependent column and has only the components that this column requires.
+    /// dependent column and has only the components that this column requires, or it is a singular
+    /// vector of a matrix of independent columns.
     pub fn null_space(&self, rank: usize) -> Vec<SparseVector> {
         let Some(sparse) = self.sparse.as_ref().filter(|_| rank == self.rank) else {
             let dense = |vector: &DVector<f64>| vector.iter().copied().enumerate().collect();
             return self.svd().null_space(rank).iter().map(dense).collect();
         };
         let mut vectors = sparse.upper.null_vectors(ROUND_OFF);
+        let negligible = sparse.negligible.iter().rev();
+        vectors.extend(negligible.map(|(_, v)| v.iter().copied().enumerate().collect::<Vec<_>>()));
         for vector in &mut vectors {
             let norm = vector.iter().map(|(_, x)| x * x).sum::<f64>().sqrt();
             vector.iter_mut().for_each(|(_, x)| *x /= norm);
@@ -263,10 +272,15 @@ impl SparseRank {
                 (square.rank() == rank).then_some(Some((transposed, square)))?
             }
         };
-        let mut made =
-            Self { upper, square, largest, smallest: largest, weakest: vec![0.0; columns] };
-        if rank > 0 {
-            let inverse = |x: &[f64]| made.core().solve(&made.core().solve_transposed(x.to_vec()));
+        let (smallest, weakest) = (largest, vec![0.0; columns]);
+        let mut made = Self { upper, square, largest, negligible: Vec::new(), smallest, weakest };
+        let is_full = rank == columns;
+        while made.rank() > 0 {
+            let inverse = |x: &[f64]| {
+                let mut y = made.core().solve(&made.core().solve_transposed(x.to_vec()));
+                made.remove_negligible(&mut y);
+                y
+            };
             let (value, vector) = greatest(rank, ACCURACY_OF_SMALLEST, inverse)?;
             made.smallest = value.sqrt().recip();
             made.weakest = match &made.square {
@@ -275,11 +289,36 @@ impl SparseRank {
             };
             let norm = made.weakest.iter().map(|x| x * x).sum::<f64>().sqrt();
             made.weakest.iter_mut().for_each(|x| *x /= norm);
+            let is_negligible = is_full
+                && made.smallest > ACCURATE * largest
+                && CERTAIN * made.smallest < negligible;
+            if !is_negligible || made.negligible.len() == FEW {
+                break;
+            }
+            made.negligible.push((made.smallest, core::mem::take(&mut made.weakest)));
         }
-        let is_accurate = rank == columns && made.smallest > ACCURATE * largest;
+        let is_accurate = is_full && made.smallest > ACCURATE * largest;
         let clear = if is_accurate { CERTAIN } else { CLEAR };
         let is_kept = rank == 0 || made.smallest > clear * negligible;
         (is_kept && CLEAR * made.upper.dropped() <= negligible).then_some(made)
+    }
+
+    /// Returns the number of singular values that do not count as zero.
+    fn rank(&self) -> usize {
+        self.upper.rank() - self.negligible.len()
+    }
+
+    /// Returns an upper bound of the singular values that count as zero.
+    fn dropped(&self) -> f64 {
+        self.negligible.last().map_or_else(|| self.upper.dropped(), |(value, _)| *value)
+    }
+
+    /// Removes the components of a vector along the singular vectors of [`Self::negligible`].
+    fn remove_negligible(&self, x: &mut [f64]) {
+        for (_, vector) in &self.negligible {
+            let amount: f64 = x.iter().zip(vector).map(|(x, v)| x * v).sum();
+            x.iter_mut().zip(vector).for_each(|(x, v)| *x -= amount * v);
+        }
     }
 
     /// Returns the triangular factor whose singular values are the non-zero singular values of the
@@ -293,7 +332,11 @@ impl SparseRank {
     fn solve(&self, right: &[f64]) -> Vec<f64> {
         let amounts = self.upper.solve_transposed(right.to_vec());
         match &self.square {
-            None => self.upper.solve(&amounts),
+            None => {
+                let mut solution = self.upper.solve(&amounts);
+                self.remove_negligible(&mut solution);
+                solution
+            }
             Some((transposed, square)) => {
                 transposed.times(&square.solve(&square.solve_transposed(amounts)))
             }
@@ -315,7 +358,7 @@ fn bound_of_largest(matrix: &SparseMatrix) -> f64 {
 
 /// Computes the largest eigenvalue of a symmetric positive semidefinite operator on vectors of
 /// length `length`, and its eigenvector; `None` if the iteration does not converge.
-fn greatest(
+pub(crate) fn greatest(
     length: usize,
     accuracy: f64,
     apply: impl Fn(&[f64]) -> Vec<f64>,

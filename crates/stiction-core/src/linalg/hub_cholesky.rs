@@ -59,6 +59,22 @@ impl HubCholesky {
         parts.for_each(|(row, part)| self.columns[row][column] = part);
     }
 
+    /// Sets a block row of `V`, and all weights to one. `columns` contains the columns of this block
+    /// row.
+    pub(crate) fn set_row(&mut self, row: usize, columns: &Block) {
+        self.columns[row] = *columns;
+        self.weights = [1.0; BLOCK];
+    }
+
+    /// Returns the diagonal of a diagonal block of `V W V^T`.
+    pub(crate) fn low_rank_diagonal(&self, row: usize) -> Part {
+        let mut diagonal = [0.0; BLOCK];
+        for (column, weight) in self.columns[row].iter().zip(self.weights) {
+            (0..BLOCK).for_each(|i| diagonal[i] += weight * column[i] * column[i]);
+        }
+        diagonal
+    }
+
     /// Saves a copy of the matrix, which [`Self::restore`] copies back after a decomposition.
     pub(crate) fn keep(&mut self) {
         self.kept.clone_from(&self.diagonal);
@@ -187,6 +203,107 @@ mod tests {
             };
             let (a, b) = (product(&|k| hub.pivots(k)), product(&|k| general.pivots(k)));
             assert!((a - b).abs() < 1e-9, "{a} {b}");
+        }
+    }
+
+    /// Chains of blocks of different sizes whose last blocks a matrix of low rank couples, as the
+    /// joints of a platform on legs: without blocks for the pairs of last blocks, factors exist for
+    /// the same shifts, and solutions are the same.
+    #[test]
+    fn chains_at_a_hub_agree_with_the_general_decomposition() {
+        const CHAINS: usize = 8;
+        const SIZES: [usize; 3] = [4, 5, 3];
+        let mut random = Random::new(3);
+        let sizes: Vec<usize> = (0..3 * CHAINS).map(|block| SIZES[block % 3]).collect();
+        let hub: Vec<usize> = (0..CHAINS).map(|chain| 3 * chain + 2).collect();
+        let along = || (0..CHAINS).flat_map(|c| [(3 * c, 3 * c + 1), (3 * c + 1, 3 * c + 2)]);
+        let among =
+            || hub.iter().flat_map(|a| hub.iter().filter(move |b| *b < a).map(|b| (*a, *b)));
+        let mut linear = BlockCholesky::with_hub(&sizes, along(), &hub);
+        let mut general = BlockCholesky::with_sizes(&sizes, along().chain(among()));
+        assert!(linear.has_hub() && !general.has_hub());
+        let mut part = |size: usize| -> Part {
+            core::array::from_fn(|i| if i < size { random.number() } else { 0.0 })
+        };
+        // Outer products, whose sums are semidefinite. Each vector has parts in one or two blocks.
+        let mut vectors: Vec<Vec<(usize, Part)>> = Vec::new();
+        for (block, size) in sizes.iter().enumerate() {
+            vectors.extend((0..4).map(|_| vec![(block, part(*size))]));
+        }
+        for (a, b) in along() {
+            vectors.extend((0..3).map(|_| vec![(a, part(sizes[a])), (b, part(sizes[b]))]));
+        }
+        let columns: Vec<Vec<Part>> =
+            (0..BLOCK).map(|_| hub.iter().map(|block| part(sizes[*block])).collect()).collect();
+        let add = |matrix: &mut BlockCholesky, (a, x): (usize, Part), (b, y): (usize, Part)| {
+            let Some(slot) = matrix.slot(a, b) else { unreachable!() };
+            match matrix.block(slot) {
+                (block, true) => add_outer(block, &y, &x),
+                (block, false) => add_outer(block, &x, &y),
+            }
+        };
+        let fill = |linear: &mut BlockCholesky, general: &mut BlockCholesky| {
+            for matrix in [&mut *linear, &mut *general] {
+                matrix.clear();
+                for vector in &vectors {
+                    for (k, a) in vector.iter().enumerate() {
+                        vector[..=k].iter().for_each(|b| add(matrix, *a, *b));
+                    }
+                }
+            }
+            for (k, a) in hub.iter().enumerate() {
+                let row: Block = core::array::from_fn(|c| columns[c][k]);
+                linear.set_hub_row(*a, &row);
+                for (other, b) in hub[..=k].iter().enumerate() {
+                    for column in &columns {
+                        add(general, (*a, column[k]), (*b, column[other]));
+                    }
+                }
+            }
+        };
+        fill(&mut linear, &mut general);
+        assert!((linear.least_diagonal() / general.least_diagonal() - 1.0).abs() < 1e-14);
+        // Largest shift below all eigenvalues, by bisection.
+        let mut greatest = |by_hub: bool| {
+            let (mut below, mut above) = (0.0, 1.0);
+            for _ in 0..40 {
+                let middle = 0.5 * (below + above);
+                fill(&mut linear, &mut general);
+                let matrix = if by_hub { &mut linear } else { &mut general };
+                matrix.shift(middle);
+                if matrix.factor() { below = middle } else { above = middle }
+            }
+            below
+        };
+        let (by_hub, by_blocks) = (greatest(true), greatest(false));
+        assert!(
+            by_blocks > 1e-4 && (by_hub / by_blocks - 1.0).abs() < 1e-9,
+            "{by_hub} {by_blocks}"
+        );
+        fill(&mut linear, &mut general);
+        for matrix in [&mut linear, &mut general] {
+            matrix.shift(0.5 * by_blocks);
+            assert!(matrix.factor());
+        }
+        let right = |size: &usize| core::array::from_fn(|i| if i < *size { 1.0 } else { 0.0 });
+        let mut found: Vec<Part> = sizes.iter().map(right).collect();
+        let mut expected = found.clone();
+        linear.solve(&mut found);
+        general.solve(&mut expected);
+        for (found, expected) in found.iter().flatten().zip(expected.iter().flatten()) {
+            assert!((found - expected).abs() < 1e-9 * (1.0 + expected.abs()));
+        }
+        for block in 0..sizes.len() {
+            let used = ..sizes[block];
+            let product =
+                |matrix: &BlockCholesky| matrix.pivots(block)[used].iter().product::<f64>();
+            assert!(product(&linear) > 0.0 && product(&general) > 0.0, "{block}");
+        }
+
+        // A block of a pair of hub blocks, or a chain between two of them, needs all blocks.
+        for direct in [vec![(2, 5)], vec![(1, 5)]] {
+            let pairs = along().chain(direct);
+            assert!(!BlockCholesky::with_hub(&sizes, pairs, &hub).has_hub());
         }
     }
 }

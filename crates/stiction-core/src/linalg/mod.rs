@@ -13,13 +13,12 @@ mod sparse;
 mod sparse_qr;
 mod static_lu;
 mod svd;
-mod twofold;
 
 pub(crate) use blocks::{
     BLOCK, Block, BlockCholesky, Part, Slot, add_outer, add_outer_products, dot,
 };
-pub(crate) use decomposition::to_dense;
 pub use decomposition::{Decomposition, Limit, SparseVector};
+pub(crate) use decomposition::{greatest, to_dense};
 pub(crate) use hub_cholesky::HubCholesky;
 pub(crate) use lanczos::{Lanczos, MANY_STEPS, STEPS};
 pub(crate) use plan::{Entry, Plan, RankDeficient, Scales};
@@ -30,4 +29,3 @@ pub(crate) use sparse_qr::{ColumnOrder, SparseQr};
 pub(crate) use static_lu::StaticLu;
 pub use svd::Svd;
 pub(crate) use svd::complement;
-pub(crate) use twofold::Twofold;

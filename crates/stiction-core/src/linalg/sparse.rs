@@ -20,7 +20,10 @@ impl SparseMatrix {
         (rows, columns): (usize, usize),
         entries: impl Iterator<Item = (usize, usize, f64)>,
     ) -> Self {
-        let entries: Vec<_> = entries.filter(|(.., value)| *value != 0.0).collect();
+        // Most entries are not zero.
+        let mut own = Vec::with_capacity(entries.size_hint().1.unwrap_or(0));
+        own.extend(entries.filter(|(.., value)| *value != 0.0));
+        let entries: Vec<(usize, usize, f64)> = own;
         let mut starts = vec![0; columns + 1];
         entries.iter().for_each(|(_, column, _)| starts[column + 1] += 1);
         for column in 0..columns {
@@ -32,7 +35,13 @@ impl SparseMatrix {
             places[next[column]] = (row, value);
             next[column] += 1;
         }
-        let mut made = Self { rows, starts: vec![0], ..Self::default() };
+        let mut made = Self {
+            rows,
+            starts: Vec::with_capacity(columns + 1),
+            indices: Vec::with_capacity(places.len()),
+            values: Vec::with_capacity(places.len()),
+        };
+        made.starts.push(0);
         for column in 0..columns {
             let own = &mut places[starts[column]..starts[column + 1]];
             // The sort is stable, so sums of entries with the same indices do not depend on other
@@ -50,6 +59,11 @@ impl SparseMatrix {
             made.starts.push(made.values.len());
         }
         made
+    }
+
+    /// Number of entries.
+    pub(crate) fn count(&self) -> usize {
+        self.values.len()
     }
 
     /// Number of rows.
@@ -129,8 +143,18 @@ impl SparseMatrix {
     /// Returns the transposed matrix.
     #[must_use]
     pub fn transpose(&self) -> Self {
-        let entries = self.entries().map(|(row, column, value)| (column, row, value));
-        Self::new((self.ncols(), self.rows), entries)
+        let mut starts = vec![0; self.rows + 1];
+        self.indices.iter().for_each(|row| starts[row + 1] += 1);
+        for row in 0..self.rows {
+            starts[row + 1] += starts[row];
+        }
+        let (mut indices, mut values) = (vec![0; self.count()], vec![0.0; self.count()]);
+        let mut next = starts.clone();
+        for (row, column, value) in self.entries() {
+            (indices[next[row]], values[next[row]]) = (column, value);
+            next[row] += 1;
+        }
+        Self { rows: self.ncols(), starts, indices, values }
     }
 
     /// Returns the product with a vector.

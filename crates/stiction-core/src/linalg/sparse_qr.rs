@@ -102,10 +102,11 @@ impl SparseQr {
         for row in 0..by_rows.ncols() {
             let mut own: Vec<(usize, f64)> =
                 by_rows.column(row).map(|(column, value)| (order.places[column], value)).collect();
-            own.sort_by_key(|(place, _)| *place);
+            own.sort_unstable_by_key(|(place, _)| *place);
             let Some((first, _)) = own.first() else { continue };
             let step = order.steps[*first];
-            let (places, values) = own.into_iter().unzip();
+            let places = own.iter().map(|(place, _)| *place).collect();
+            let values = own.iter().map(|(_, value)| *value).collect();
             waiting[step].push(Front { places, rows: 1, values });
         }
         let mut made = Self {
@@ -113,8 +114,8 @@ impl SparseQr {
             pivots: Vec::new(),
             dependent: Vec::new(),
             starts: vec![0],
-            indices: Vec::new(),
-            values: Vec::new(),
+            indices: Vec::with_capacity(2 * matrix.count()),
+            values: Vec::with_capacity(2 * matrix.count()),
             dropped: 0.0,
         };
         let mut place = 0;
@@ -288,8 +289,9 @@ impl SparseQr {
 impl Front {
     /// Stacks the rows of several fronts. The columns at the positions `own` come first.
     fn merged(own: core::ops::Range<usize>, parts: Vec<Self>) -> Self {
-        let mut places: Vec<usize> =
-            parts.iter().flat_map(|part| part.places.iter().copied()).collect();
+        let count = parts.iter().map(|part| part.places.len()).sum::<usize>() + own.len();
+        let mut places: Vec<usize> = Vec::with_capacity(count);
+        parts.iter().for_each(|part| places.extend_from_slice(&part.places));
         places.extend(own);
         places.sort_unstable();
         places.dedup();
@@ -358,12 +360,10 @@ impl Front {
             }
             end = done + rest;
         }
-        let columns =
-            (own..self.places.len()).map(|k| &self.values[k * self.rows..(k + 1) * self.rows]);
-        Self {
-            values: columns.flat_map(|column| column[done..end].iter().copied()).collect(),
-            places: self.places.split_off(own),
-            rows: end - done,
+        let mut values = Vec::with_capacity(rest * (end - done));
+        for column in self.values.chunks_exact(self.rows.max(1)).skip(own) {
+            values.extend_from_slice(&column[done..end]);
         }
+        Self { values, places: self.places.split_off(own), rows: end - done }
     }
 }

@@ -79,6 +79,11 @@ impl Prediction {
         Shift::below(self.expected()?, missed)
     }
 
+    /// Returns true if the square root of the expected eigenvalue is below half of `limit`.
+    pub(super) fn is_below(&self, limit: f64) -> bool {
+        self.expected().is_some_and(|expected| expected < 0.25 * limit * limit)
+    }
+
     fn expected(&self) -> Option<f64> {
         let last = self.last?;
         Some(self.before.map_or(last, |before| 2.0 * last - before))

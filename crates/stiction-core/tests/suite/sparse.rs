@@ -115,3 +115,30 @@ fn empty_matrices() {
         assert_eq!(found.solve(&vec![1.0; rows]), vec![0.0; columns]);
     }
 }
+
+/// Singular values below the limit count as zero also if all columns are clearly independent, as in
+/// long rows of loops.
+#[test]
+fn small_values_of_independent_columns_count_as_zero() {
+    const SIZE: usize = 50;
+    let entries = (0..SIZE).flat_map(|k| [(k, k, 1.0), (k + 1, k, -1.0)]);
+    let matrix = SparseMatrix::new((SIZE + 1, SIZE), entries);
+    let groups: Vec<usize> = (0..SIZE).collect();
+    let sparse = Decomposition::sparse(matrix.clone(), &groups, Limit::OfLargest(0.1));
+    let dense = Svd::new(&matrix.to_dense());
+    // The values are 2 sin(k pi / 102): 0.062, 0.123, 0.185 are below 0.2, and 0.246 is above.
+    let rank = SIZE - 3;
+    assert!(sparse.is_sparse());
+    assert_eq!((sparse.rank(), dense.rank(0.1)), (rank, rank));
+    for k in [rank - 1, rank] {
+        assert!((sparse.value(k) / dense.singular_values[k] - 1.0).abs() < 1e-9, "{k}");
+    }
+    let basis = DMatrix::from_columns(&sparse.orthonormal_null_space(rank));
+    let expected = DMatrix::from_columns(&dense.null_space(rank));
+    let cosines = basis.tr_mul(&expected).singular_values();
+    assert!(cosines.len() == 3 && cosines.iter().all(|cosine| (cosine - 1.0).abs() < 1e-9));
+    let right: Vec<f64> = (0..=SIZE).map(|k| (1.0 + 0.3 * k as f64).sin()).collect();
+    let found = DVector::from_vec(sparse.solve(&right));
+    let expected = dense.solve(&DVector::from_vec(right), rank);
+    assert!((found - &expected).norm() < 1e-10 * expected.norm());
+}

@@ -175,7 +175,7 @@ fn return_from_inverse(robot: &mut Robot, machine: bool) -> (usize, f64) {
                 worst = if difference.is_nan() { f64::INFINITY } else { worst.max(difference) };
             }
         };
-        program.set(&mut memory, 0, &state, &targets, &robot.loads, &ideal_forces.efforts);
+        program.set(&mut memory, 0, &state, &robot.loads, &ideal_forces.efforts);
         program.run_frictionless(&mut memory, &mut settled);
         assert!(settled[0]);
         compare(&found(&program, &memory, 0, false), &ideal_forces.reactions);
@@ -184,7 +184,7 @@ fn return_from_inverse(robot: &mut Robot, machine: bool) -> (usize, f64) {
         if robot.solver.coupling().is_none_or(|coupling| coupling > 0.9) {
             continue;
         }
-        program.set(&mut memory, 0, &state, &targets, &robot.loads, &forces.efforts);
+        program.set(&mut memory, 0, &state, &robot.loads, &forces.efforts);
         program.run(&mut memory, &mut settled);
         // A value may have a sign that did not occur in any sample; the program then reports this.
         if !settled[0] {
@@ -290,10 +290,10 @@ fn agrees_with_forward_dynamics(name: &str, mut robot: Robot) {
         let scale = efforts.iter().fold(1e-9_f64, |max, x| max.max(x.abs()));
         efforts.iter_mut().for_each(|effort| *effort += 0.2 * scale * random.number());
         let state = robot.solver.state().clone();
-        program.set(&mut memory, 0, &state, &targets, &robot.loads, &efforts);
+        program.set(&mut memory, 0, &state, &robot.loads, &efforts);
         let mut alone = [false];
         program.run(&mut memory, &mut alone);
-        program.set(&mut many, k % lanes, &state, &targets, &robot.loads, &efforts);
+        program.set(&mut many, k % lanes, &state, &robot.loads, &efforts);
         singles.push((alone[0], found(&program, &memory, 0, true)));
         if (k + 1) % lanes == 0 {
             program.run(&mut many, &mut settled);

@@ -6,8 +6,10 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use stiction_core::dynamics::AppliedLoad;
-use stiction_core::forward::{AccelerationProgram, Forward, Inputs, Settings, Simulation, View};
-use stiction_core::kinematics::{Coordinate, ProgramMemory, State, Target};
+use stiction_core::forward::{
+    AccelerationProgram, Forward, Inputs, ProgramInputs, Settings, Simulation, View,
+};
+use stiction_core::kinematics::{ProgramMemory, State, Target};
 use stiction_program::ForwardProgram;
 
 /// Program that counts its runs, and can refuse or falsify its results.
@@ -15,8 +17,6 @@ use stiction_program::ForwardProgram;
 struct Watched {
     program: ForwardProgram,
     conduct: Conduct,
-    /// Slots of the efforts.
-    efforts: Range<usize>,
     runs: AtomicUsize,
     valid: AtomicUsize,
 }
@@ -32,6 +32,8 @@ enum Conduct {
     WrongEfforts,
     /// The first friction is wrong.
     WrongFriction,
+    /// The rate of the potential energy is wrong.
+    WrongPower,
 }
 
 impl AccelerationProgram for Watched {
@@ -39,20 +41,27 @@ impl AccelerationProgram for Watched {
         AccelerationProgram::memory(&self.program)
     }
 
-    fn run(&self, memory: &mut ProgramMemory) -> bool {
+    fn run(&self, memory: &mut ProgramMemory, inputs: &ProgramInputs<'_>) -> bool {
         self.runs.fetch_add(1, Ordering::Relaxed);
+        let twice: Vec<f64>;
+        let mut inputs = *inputs;
         if self.conduct == Conduct::WrongEfforts {
-            memory.slots[self.efforts.clone()].iter_mut().for_each(|effort| *effort *= 2.0);
+            twice = inputs.efforts.iter().map(|effort| 2.0 * effort).collect();
+            inputs.efforts = &twice;
         }
-        let is_valid =
-            AccelerationProgram::run(&self.program, memory) && self.conduct != Conduct::Refuses;
+        let is_valid = AccelerationProgram::run(&self.program, memory, &inputs)
+            && self.conduct != Conduct::Refuses;
         self.valid.fetch_add(usize::from(is_valid), Ordering::Relaxed);
         let first = self.results().start;
+        let [targets, dofs, joints, interfaces] = self.program.sizes();
         match self.conduct {
             Conduct::WrongAcceleration => memory.slots[first] += 1e-3,
-            Conduct::WrongFriction => {
-                let [_, dofs, _, interfaces] = self.program.sizes();
-                memory.slots[first + dofs + interfaces] += 1e-3;
+            Conduct::WrongFriction => memory.slots[first + dofs + interfaces] += 1e-3,
+            // As many actuators as prescribed coordinates; then the powers, the rate last.
+            Conduct::WrongPower => {
+                let rate = first + dofs + 5 * interfaces + targets + 2;
+                assert_eq!(rate + 1 + 6 * joints, self.results().end);
+                memory.slots[rate] += 1e-3;
             }
             _ => {}
         }
@@ -81,6 +90,10 @@ impl Inputs for Sampled {
         loads.extend_from_slice(&self.loads);
     }
 
+    fn are_constant(&self) -> bool {
+        true
+    }
+
     fn next_change(&self, _: f64) -> Option<f64> {
         Some(1e-3 * self.samples as f64)
     }
@@ -95,7 +108,6 @@ impl Inputs for Sampled {
 
 struct Case {
     robot: Robot,
-    coordinates: Vec<Coordinate>,
     state: State<f64>,
     efforts: Vec<f64>,
 }
@@ -108,28 +120,21 @@ impl Case {
         robot.solver.move_to(&moving).unwrap();
         let efforts = robot.solver.solve(&robot.loads).unwrap().efforts.clone();
         let state = robot.solver.state().clone();
-        let coordinates = robot.solver.constraints().coordinates().to_vec();
         robot.solver.move_to(&robot.signal[0]).unwrap();
-        Self { robot, coordinates, state, efforts }
+        Self { robot, state, efforts }
     }
 
     fn watched(&self, conduct: Conduct) -> Arc<Watched> {
         let Robot { solver, signal, loads } = &self.robot;
         let program = ForwardProgram::record(solver, signal, loads).unwrap();
-        let state = solver.state();
-        let first = state.coordinates.len()
-            + 2 * state.rates.len()
-            + 3 * self.coordinates.len()
-            + 6 * loads.len();
-        let efforts = first..first + self.efforts.len();
-        Arc::new(Watched { program, conduct, efforts, runs: 0.into(), valid: 0.into() })
+        Arc::new(Watched { program, conduct, runs: 0.into(), valid: 0.into() })
     }
 
     fn forward(&self, program: Option<&Arc<Watched>>) -> Forward {
         let mut forward = Forward::new(self.robot.solver.mechanism().clone(), &[]);
         if let Some(program) = program {
             let program: Arc<dyn AccelerationProgram> = Arc::clone(program) as _;
-            assert!(forward.use_program(program, (&self.coordinates, &self.robot.loads), 0.0));
+            assert!(forward.use_program(program, &self.robot.loads, 0.0));
         }
         forward
     }
@@ -205,7 +210,12 @@ fn invalid_results_are_refused() {
     assert!(program.runs.load(Ordering::Relaxed) > 60);
 
     // At the first end of a step the verification fails, and the general solver repeats the step.
-    for conduct in [Conduct::WrongAcceleration, Conduct::WrongEfforts, Conduct::WrongFriction] {
+    for conduct in [
+        Conduct::WrongAcceleration,
+        Conduct::WrongEfforts,
+        Conduct::WrongFriction,
+        Conduct::WrongPower,
+    ] {
         let program = case.watched(conduct);
         let wrong = case.forward(Some(&program));
         let (mut simulation, mut inputs) = case.start(&wrong);

@@ -607,6 +607,14 @@ impl Inputs for Acting<'_> {
         }
     }
 
+    fn are_constant(&self) -> bool {
+        let load = self.job.load;
+        // With a sampling period, laws of efforts act only at samples.
+        let is_held = self.period.is_some() && !self.is_continuous;
+        let are_steady = load.laws.is_empty() && self.job.acting_loads().are_steady();
+        is_held && are_steady && self.failed.is_none() && !self.is_stopped
+    }
+
     fn seen_until(&self, time: f64) -> f64 {
         let efforts: &[(usize, Signal)] = match (self.job.drives, self.period) {
             (Feed::Given(drives), None) => &drives.efforts,

@@ -9,10 +9,13 @@ use stiction_core::forward::Forward;
 use stiction_core::kinematics::{Bodies, Coordinate, State, Target};
 use stiction_program::ForwardProgram;
 
-/// Number of control periods from which a program is used. In most runs that are longer, recording
-/// the program takes less time than it saves. The number does not depend on the end of the run, so
-/// that a run that is resumed with a later end has the same digits as an uninterrupted one.
-const PERIODS: f64 = 1000.0;
+/// Number of control periods, per friction interface, from which a program is used. In most runs
+/// that are twice as long, recording the program takes less time than it saves. The number does not
+/// depend on the end of the run, so that a run that is resumed with a later end has the same digits
+/// as an uninterrupted one.
+const PERIODS: f64 = 40.0;
+/// Least number of control periods from which a program is used.
+const LEAST_PERIODS: f64 = 400.0;
 /// Number of DOFs of the spanning tree from which no program is recorded: recording would take too
 /// long, and large models of forward dynamics have other trees than inverse dynamics.
 const LARGE: usize = 60;
@@ -21,8 +24,8 @@ const INSTANTS: usize = 10;
 
 impl Job<'_> {
     /// Lets the model of this job, which is simulated between the times `from` and `until`, s,
-    /// compute by a recorded program after [`PERIODS`] control periods, if `until` is later and if a
-    /// program can be recorded. `start` is the initial state of the mechanism. Without a program,
+    /// compute by a recorded program after many control periods, see [`PERIODS`], if `until` is later
+    /// and if a program can be recorded. `start` is the initial state of the mechanism. Without a program,
     /// the general solver computes all steps.
     pub(super) fn record_program(
         &self,
@@ -31,7 +34,8 @@ impl Job<'_> {
         (from, until): (f64, f64),
     ) {
         let period = self.control.map_or(0.0, |control| control.period);
-        let use_from = from + PERIODS * period;
+        let interfaces = forward.parameters().interfaces.len();
+        let use_from = from + (PERIODS * interfaces as f64).max(LEAST_PERIODS) * period;
         let is_used = period > 0.0 && until > use_from && prescribed(self).is_empty();
         let Some(motion) = self.motion.filter(|_| is_used) else { return };
         let (topology, parameters) = (forward.topology(), forward.parameters());
@@ -56,7 +60,7 @@ impl Job<'_> {
         if let Ok(program) = ForwardProgram::record(&solver, &signal, &loads)
             && program.is_machine_code()
         {
-            forward.use_program(Arc::new(program), (&coordinates, &loads), use_from);
+            forward.use_program(Arc::new(program), &loads, use_from);
         }
     }
 }

@@ -5,27 +5,28 @@ use super::bushing::BushingForce;
 use super::{SpringForce, joint};
 use crate::kinematics::Bodies;
 use crate::parameters::{BushingParameters, JointSpringParameters, Parameters, SpringParameters};
+use crate::scalar::Scalar;
 use crate::spatial::{Twist, Vec3, Wrench};
 
 /// Energy and power of one spring or bushing.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct SpringPower {
+pub(crate) struct SpringPower<T> {
     /// Stored energy, J; zero at the rest position of the spring, also with a preload.
-    pub(crate) energy: f64,
+    pub(crate) energy: T,
     /// Rate of change of the stored energy, W.
-    pub(crate) energy_rate: f64,
+    pub(crate) energy_rate: T,
     /// Power dissipated by the damper, W.
-    pub(crate) dissipated: f64,
+    pub(crate) dissipated: T,
     /// Scale of round-off in the power, W: the sum of the absolute values of the products of the
     /// velocities of both bodies and the wrench.
-    pub(crate) turnover: f64,
+    pub(crate) turnover: T,
 }
 
 /// Computes energy and power of all springs and bushings.
-pub(crate) fn spring_powers<'a>(
-    parameters: &'a Parameters<f64>,
-    bodies: &'a Bodies<f64>,
-) -> impl Iterator<Item = SpringPower> + 'a {
+pub(crate) fn spring_powers<'a, T: Scalar>(
+    parameters: &'a Parameters<T>,
+    bodies: &'a Bodies<T>,
+) -> impl Iterator<Item = SpringPower<T>> + 'a {
     let of_points = parameters.springs.iter().map(|spring| of_spring(spring, bodies));
     let joints = parameters.joint_springs.iter().zip(&bodies.spring_coordinates);
     let of_joints = joints.map(|(spring, &coordinate)| of_joint(spring, bodies, coordinate));
@@ -33,35 +34,35 @@ pub(crate) fn spring_powers<'a>(
     of_points.chain(of_joints).chain(of_bushings)
 }
 
-fn of_spring(spring: &SpringParameters<f64>, bodies: &Bodies<f64>) -> SpringPower {
+fn of_spring<T: Scalar>(spring: &SpringParameters<T>, bodies: &Bodies<T>) -> SpringPower<T> {
     let now = SpringForce::of(spring, bodies);
     let longer = now.length - spring.free_length;
     SpringPower {
-        energy: 0.5 * spring.stiffness * longer * longer - spring.preload * longer,
+        energy: T::from_f64(0.5) * spring.stiffness * longer * longer - spring.preload * longer,
         energy_rate: (spring.stiffness * longer - spring.preload) * now.rate,
         dissipated: spring.damping * now.rate * now.rate,
         turnover: now.turnover(spring, bodies),
     }
 }
 
-fn of_joint(
-    spring: &JointSpringParameters<f64>,
-    bodies: &Bodies<f64>,
-    coordinate: f64,
-) -> SpringPower {
+fn of_joint<T: Scalar>(
+    spring: &JointSpringParameters<T>,
+    bodies: &Bodies<T>,
+    coordinate: T,
+) -> SpringPower<T> {
     let rate = joint::rate(spring, bodies);
     let off = coordinate - spring.rest;
     let wrench = joint::wrench(spring, bodies, coordinate);
     let at = bodies.frame_k[spring.joint].position;
     SpringPower {
-        energy: 0.5 * spring.stiffness * off * off - spring.preload * off,
+        energy: T::from_f64(0.5) * spring.stiffness * off * off - spring.preload * off,
         energy_rate: (spring.stiffness * off - spring.preload) * rate,
         dissipated: spring.damping * rate * rate,
-        turnover: spring.ends.iter().map(|&body| size(bodies.twist[body], wrench, at)).sum(),
+        turnover: both(spring.ends, bodies, wrench, at),
     }
 }
 
-fn of_bushing(bushing: &BushingParameters<f64>, bodies: &Bodies<f64>) -> SpringPower {
+fn of_bushing<T: Scalar>(bushing: &BushingParameters<T>, bodies: &Bodies<T>) -> SpringPower<T> {
     let now = BushingForce::of(bushing, bodies);
     let (force, moment) = bushing.stiffness.times(now.deflection);
     let (displacement, rotation) = now.deflection;
@@ -69,16 +70,20 @@ fn of_bushing(bushing: &BushingParameters<f64>, bodies: &Bodies<f64>) -> SpringP
     let (damping_force, damping_moment) = bushing.damping.times((linear, now.angular));
     let at = (bodies.pose[bushing.ends[1]] * bushing.frames[1]).position;
     SpringPower {
-        energy: 0.5 * (force.dot(displacement) + moment.dot(rotation)),
+        energy: T::from_f64(0.5) * (force.dot(displacement) + moment.dot(rotation)),
         energy_rate: force.dot(linear) + moment.dot(rotation_rate),
         dissipated: damping_force.dot(linear) + damping_moment.dot(now.angular),
-        turnover: bushing.ends.iter().map(|&body| size(bodies.twist[body], now.wrench, at)).sum(),
+        turnover: both(bushing.ends, bodies, now.wrench, at),
     }
 }
 
-/// Returns the magnitude of velocity times force plus the magnitude of angular velocity times
-/// moment, W. Velocity and moment refer to `point`.
-fn size(twist: Twist<f64>, wrench: Wrench<f64>, point: Vec3<f64>) -> f64 {
-    twist.velocity_at(point).norm() * wrench.force.norm()
-        + twist.angular.norm() * wrench.moment_about(point).norm()
+/// Returns the sum, over both bodies, of the magnitude of velocity times force plus the magnitude of
+/// angular velocity times moment, W. Velocities and moment refer to `point`.
+fn both<T: Scalar>(ends: [usize; 2], bodies: &Bodies<T>, wrench: Wrench<T>, point: Vec3<T>) -> T {
+    let size = |body: usize| {
+        let twist: Twist<T> = bodies.twist[body];
+        twist.velocity_at(point).norm() * wrench.force.norm()
+            + twist.angular.norm() * wrench.moment_about(point).norm()
+    };
+    size(ends[0]) + size(ends[1])
 }

@@ -13,7 +13,7 @@ pub(crate) use fault::SpringFault;
 use crate::kinematics::Bodies;
 use crate::parameters::{Parameters, SpringParameters};
 use crate::scalar::Scalar;
-use crate::spatial::{Vec3, Wrench};
+use crate::spatial::Wrench;
 
 /// Length, rate and force of a spring at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,6 +52,16 @@ impl<T: Scalar> SpringForce<T> {
         let tension = spring.stiffness * length + along;
         Self { length, rate, tension, wrench: Wrench { force, moment: b.cross(force) } }
     }
+
+    /// Returns the scale of round-off in the power of the spring, W: the sum of the speeds of both
+    /// ends times the magnitude of the force.
+    pub fn turnover(&self, spring: &SpringParameters<T>, bodies: &Bodies<T>) -> T {
+        let speed = |end: usize| {
+            let body = spring.ends[end];
+            bodies.twist[body].velocity_at(bodies.pose[body].apply(spring.points[end])).norm()
+        };
+        (speed(0) + speed(1)) * self.wrench.force.norm()
+    }
 }
 
 /// Calls `apply` for each spring, joint spring and bushing, with the indices of its two bodies and
@@ -86,15 +96,5 @@ impl SpringForce<f64> {
         let offset = spring.stiffness * spring.free_length + spring.preload;
         let needs_none = offset == 0.0 && spring.damping == 0.0;
         needs_none || self.length > APART * length
-    }
-
-    /// Returns the scale of round-off in the power of the spring, W: the sum of the speeds of both
-    /// ends times the magnitude of the force.
-    pub fn turnover(&self, spring: &SpringParameters<f64>, bodies: &Bodies<f64>) -> f64 {
-        let speed = |(&body, &point): (&usize, &Vec3<f64>)| {
-            bodies.twist[body].velocity_at(bodies.pose[body].apply(point)).norm()
-        };
-        let speeds: f64 = spring.ends.iter().zip(&spring.points).map(speed).sum();
-        speeds * self.wrench.force.norm()
     }
 }

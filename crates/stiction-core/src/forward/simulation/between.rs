@@ -107,6 +107,7 @@ impl<'a> Simulation<'a> {
         };
         let was_alike = is_alike(copy);
         copy.take_state(numbers);
+        copy.workspace.knows_inputs = false;
         // If the mechanism has not moved and no mode has changed, the factorised constraints of the
         // previous request remain valid.
         copy.workspace.conditions_hold &= was_alike && is_alike(copy);

@@ -17,6 +17,10 @@ const LITTLE: f64 = 0.01;
 const CLOSE: f64 = 0.1;
 /// Largest factor of [`LITTLE`], at singularity indices above half.
 const FAR: f64 = 5.0;
+/// Largest factor by which this motion grows further where the bound changes slowly: the expected
+/// change is at most the part [`EXPECTED`] of the distance of the bound from one.
+const STEADY: f64 = 4.0;
+const EXPECTED: f64 = 0.25;
 /// Turn of a direction of slip after which the bound is computed again, rad.
 const LITTLE_TURN: f64 = 0.1;
 
@@ -36,14 +40,19 @@ impl Simulation<'_> {
     /// one or unknown, the mechanism has moved since, or coefficients of friction change with the
     /// speed or with bristles.
     pub(super) fn needs_bound(&self) -> bool {
-        self.motion_since_bound > self.little()
+        self.motion_since_bound > self.bound_reach * self.little()
             || self.now.coupling.is_none_or(|bound| bound > CERTAIN)
             || self.model.has_variable_coefficients()
     }
 
     /// Counts the largest turn, rad, of a direction of slip of a ball or plate as motion.
     pub(super) fn count_turn(&mut self, turn: f64) {
-        self.motion_since_bound += turn * (self.little() / LITTLE_TURN);
+        self.motion_since_bound += turn * (self.bound_reach * self.little() / LITTLE_TURN);
+    }
+
+    /// Counts motion from the present instant on, whose modes or inertias are others than before.
+    pub(super) fn restart_bound(&mut self) {
+        (self.motion_since_bound, self.bound_reach) = (0.0, 1.0);
     }
 
     /// Returns the motion after which the bound is computed again, rad or characteristic lengths.
@@ -61,7 +70,11 @@ impl Simulation<'_> {
     /// Adds the motion of the step that ends at `arrived`, or starts anew if the bound was computed
     /// there. Called before the step is accepted.
     pub(super) fn count_motion(&mut self, arrived: &Instant) {
-        if arrived.coupling.is_some() && self.needs_bound() {
+        if let Some(bound) = arrived.coupling.filter(|_| self.needs_bound()) {
+            let change = self.now.coupling.map_or(f64::INFINITY, |before| (bound - before).abs());
+            let allowed = EXPECTED * (1.0 - bound) * self.motion_since_bound;
+            let reach = allowed / (change * self.little());
+            self.bound_reach = if reach.is_nan() { 1.0 } else { reach.clamp(1.0, STEADY) };
             self.motion_since_bound = 0.0;
             return;
         }

@@ -1,14 +1,13 @@
 //! Evaluations by the recorded program of the model, where it is valid.
 
 use super::Simulation;
-use super::packing::parts;
+use super::packing::{append_powers, parts};
 use super::scratch::Scratch;
 use super::step::NEAR_SINGULAR;
-use crate::forward::affine_friction::norm;
+use crate::forward::affine_friction::{InterfaceMode, dot, norm};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
-use crate::forward::mass_matrix;
 use crate::forward::recorded::all_slide;
 
 impl Simulation<'_> {
@@ -25,36 +24,37 @@ impl Simulation<'_> {
         if !self.begin_by_program(time, y) {
             return false;
         }
-        let Scratch { situation, program: Some(program), loads, .. } = &mut *self.workspace else {
+        // Inputs that only change at samples are those of the last evaluation, and the program
+        // needs no poses of the bodies.
+        if !(self.workspace.knows_inputs && inputs.are_constant()) {
+            self.update_inputs(inputs);
+        }
+        let Scratch { situation, program: Some(program), loads, least_speeds, .. } =
+            &mut *self.workspace
+        else {
             return false;
         };
-        let found = model.solve_by_program(situation, &self.modes, program, inputs);
-        let Some(mut results) = found else { return false };
-        let (topology, parameters) = (&model.topology, &model.parameters);
+        let found = model.solve_by_program(situation, &self.modes, program);
+        let Some(results) = found else { return false };
         let state = &situation.state;
         rates.clear();
         rates.resize(state.coordinates.len(), 0.0);
         model.coordinate_rates(&state.coordinates, &state.rates, rates);
-        let accelerations = results.take(state.rates.len());
-        if !accelerations.iter().all(|a| a.is_finite()) {
-            return false;
+        rates.extend_from_slice(results.accelerations);
+        loads.add(time, results.loads);
+        for ((least, velocity), mode) in
+            least_speeds.iter_mut().zip(results.velocities).zip(&self.modes)
+        {
+            if let InterfaceMode::Slides(direction) = mode {
+                *least = least.min(dot(*velocity, *direction));
+            }
         }
-        rates.extend_from_slice(accelerations);
-        loads.add(time, results.take(self.modes.len()));
         // Sliding interfaces have no bristles.
         rates.extend(self.modes.iter().flat_map(|_| [0.0; 3]));
-        let bodies = &situation.bodies;
-        let drives = topology.actuators.iter().zip(&situation.efforts);
-        let first = rates.len();
-        rates.extend(drives.map(|(a, effort)| effort * bodies.actuator_rate(topology, *a)));
-        rates.push(mass_matrix::power_of_loads(&situation.loads, bodies));
-        rates.push(mass_matrix::damped(parameters, bodies));
-        let turnover = rates.len();
-        rates.push(0.0);
-        let frictions = results.take(self.modes.len()).iter().zip(&situation.velocities);
-        rates.extend(frictions.map(|(friction, velocity)| friction * norm(*velocity)));
-        let powers = rates[first..].iter().map(|power| power.abs()).sum::<f64>();
-        rates[turnover] = powers + mass_matrix::exchange(parameters, bodies).abs();
+        let drives = results.actuator_rates.iter().zip(&situation.efforts).map(|(r, e)| r * e);
+        let frictions = results.frictions.iter().zip(results.velocities);
+        let interfaces = frictions.map(|(friction, velocity)| friction * norm(*velocity));
+        append_powers(drives, results.powers, interfaces, rates);
         rates.extend_from_slice(&situation.input_rates);
         self.count_evaluation();
         true
@@ -96,11 +96,18 @@ impl Simulation<'_> {
         if !self.begin_by_program(time, y) {
             return None;
         }
-        let Scratch { situation, program: Some(program), .. } = &mut *self.workspace else {
+        self.update_inputs(inputs);
+        let Scratch { situation, has_masses, mass_loads, program: Some(program), .. } =
+            &mut *self.workspace
+        else {
             return None;
         };
-        model.solve_by_program(situation, &self.modes, program, inputs)?;
-        model.update_masses(situation);
+        model.solve_by_program(situation, &self.modes, program)?;
+        if !*has_masses || *mass_loads != situation.loads {
+            model.update_masses(situation);
+            mass_loads.clone_from(&situation.loads);
+            *has_masses = true;
+        }
         let mut instant = self.workspace.instant(model);
         let Scratch { situation, program: Some(program), .. } = &mut *self.workspace else {
             return None;
@@ -131,19 +138,24 @@ impl Simulation<'_> {
             return false;
         }
         // Where only inputs have changed, the motion of the bodies is known.
-        let Scratch { situation, is_placed, .. } = &*self.workspace;
-        let is_known = *is_placed
-            && situation.state.coordinates == coordinates
-            && situation.state.rates == rates;
+        let Scratch { situation, is_placed, .. } = &mut *self.workspace;
+        *is_placed &= situation.state.coordinates == coordinates && situation.state.rates == rates;
         self.set_situation(time, (coordinates, rates, rest));
         // The factorisation of the last evaluation belongs to another state.
         self.workspace.solved_modes.clear();
         self.workspace.conditions_hold = false;
-        if !is_known {
-            self.model.move_bodies(&mut self.workspace.situation);
-            self.workspace.is_placed = true;
-        }
         true
+    }
+
+    /// Evaluates the inputs for the state of the next evaluation, and moves the bodies there.
+    fn update_inputs(&mut self, inputs: &mut dyn Inputs) {
+        let Scratch { situation, is_placed, has_masses, knows_inputs, .. } = &mut *self.workspace;
+        if !*is_placed {
+            self.model.move_bodies(situation);
+            *has_masses = false;
+        }
+        self.model.update_inputs(situation, inputs);
+        (*is_placed, *knows_inputs) = (true, true);
     }
 
     fn count_evaluation(&mut self) {

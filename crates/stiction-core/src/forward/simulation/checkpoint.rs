@@ -31,7 +31,7 @@ pub struct Checkpoint {
 }
 
 /// First number of a checkpoint: the version of its format.
-pub(super) const FORMAT: f64 = 14.0;
+pub(super) const FORMAT: f64 = 15.0;
 
 /// Largest valid count. A larger number means that the checkpoint is invalid.
 const COUNTABLE: f64 = 1e15;
@@ -247,6 +247,7 @@ impl<'a> Simulation<'a> {
         tape.numbers([&mut self.coarsest, &mut self.step]);
         tape.numbers(&mut self.longest_of_lower_order);
         tape.number(&mut self.motion_since_bound);
+        tape.number(&mut self.bound_reach);
         tape.flag(&mut self.in_passage);
         tape.flag(&mut self.program_failed);
         tape.flag(&mut self.reported_others);
@@ -352,6 +353,7 @@ impl Forward {
             longest_of_lower_order: [0.0; 2],
             program_failed: false,
             motion_since_bound: 0.0,
+            bound_reach: 1.0,
             events: checkpoint.events.clone(),
             in_passage: false,
             reported_others: false,

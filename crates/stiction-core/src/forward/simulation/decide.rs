@@ -159,6 +159,7 @@ impl Simulation<'_> {
         self.limit_factor = situation.limit_factor;
         self.modes = modes;
         self.now = model.instant(&situation, &self.modes, &solved);
+        self.restart_bound();
         self.record_mode_changes(&before, &[]);
         self.hold(inputs)?;
         self.look_for_others(inputs)?;

@@ -21,6 +21,7 @@ impl Simulation<'_> {
         until: f64,
         inputs: &mut dyn Inputs,
     ) -> Result<(), ForwardError> {
+        self.workspace.knows_inputs = false;
         if self.now.time < until && !self.is_over() {
             self.step_once(until, inputs)?;
         }

@@ -2,7 +2,7 @@
 
 use super::packing::parts;
 use super::{REST, Simulation};
-use crate::forward::affine_friction::{InterfaceMode, norm};
+use crate::forward::affine_friction::{InterfaceMode, dot, norm};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
@@ -44,14 +44,24 @@ pub(super) enum Ending {
 }
 
 impl Simulation<'_> {
+    /// Returns true if the speed of a sliding interface, at all stages of the step that ends at
+    /// `arrived`, is at least half of its greater value at both ends. The stages are spread over the
+    /// step, so that the speed has no zero between them.
+    fn slides_throughout(&self, interface: usize, arrived: &Instant) -> bool {
+        let InterfaceMode::Slides(direction) = self.modes[interface] else { return false };
+        let [start, end] =
+            [&self.now, arrived].map(|at| dot(at.interfaces[interface].velocity, direction));
+        let least = self.workspace.least_speeds.get(interface);
+        least.is_some_and(|least| least.min(end) > 0.5 * start.max(end))
+    }
+
     /// Returns the speed of an interface along its stored slip direction, m/s, and the time
     /// derivative of this speed, m/s^2. A negative speed means that the slip has reversed.
     pub(super) fn closing_speed(&self, at: &Instant, interface: usize) -> (f64, f64) {
         let InterfaceMode::Slides(direction) = self.modes[interface] else { return (0.0, 1.0) };
-        let dot = |v: [f64; 3]| v.iter().zip(direction).map(|(v, d)| v * d).sum::<f64>();
         (
-            dot(at.interfaces[interface].velocity),
-            dot(self.model.surface_acceleration(&at.bodies, interface)),
+            dot(at.interfaces[interface].velocity, direction),
+            dot(self.model.surface_acceleration(&at.bodies, interface), direction),
         )
     }
 
@@ -70,6 +80,7 @@ impl Simulation<'_> {
         let mut holds = false;
         for interface in 0..self.modes.len() {
             match self.modes[interface] {
+                InterfaceMode::Slides(_) if self.slides_throughout(interface, arrived) => {}
                 InterfaceMode::Slides(_) => {
                     let (v0, a0) = self.closing_speed(&self.now, interface);
                     let (v1, a1) = self.closing_speed(arrived, interface);
@@ -135,7 +146,7 @@ impl Simulation<'_> {
             let pitch = parameters.pitch[content.joint];
             let velocity = bodies.surface_velocity(topology, content, pitch);
             let InterfaceMode::Slides(direction) = self.modes[interface] else { return 1.0 };
-            velocity.iter().zip(direction).map(|(v, d)| v * d).sum()
+            dot(velocity, direction)
         };
         let mut below = None;
         let mut before = 0.0;

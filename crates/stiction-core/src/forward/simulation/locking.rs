@@ -74,6 +74,7 @@ impl Simulation<'_> {
         self.reported_shares = shares;
         let situation = self.situation_of(state, inputs);
         self.now = model.instant(&situation, &self.modes, &solved);
+        self.restart_bound();
         self.still();
         Ok(())
     }

@@ -113,6 +113,9 @@ pub struct Simulation<'a> {
     program_failed: bool,
     /// Motion since the uniqueness bound was computed last, rad or characteristic lengths.
     motion_since_bound: f64,
+    /// Motion after which the bound is computed again, as a multiple of the motion that suffices if
+    /// the bound changes fast.
+    bound_reach: f64,
     events: Vec<Event>,
     /// True if a singular configuration was reported and the mechanism is still near it.
     in_passage: bool,
@@ -208,6 +211,7 @@ impl<'a> Simulation<'a> {
         if until <= self.instant().time || self.is_over() {
             return Ok(());
         }
+        self.workspace.knows_inputs = false;
         while self.now.time < until && self.ended_by.is_none() {
             self.step_once(until, inputs)?;
         }
@@ -274,6 +278,7 @@ impl<'a> Simulation<'a> {
             return Ok(());
         }
         self.change_at = f64::INFINITY;
+        self.workspace.knows_inputs = false;
         inputs.change(&self.view());
         if self.stepping.is_some() {
             return Ok(());

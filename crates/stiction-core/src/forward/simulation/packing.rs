@@ -2,7 +2,7 @@
 //! states of the inputs.
 
 use super::Simulation;
-use crate::forward::instant::Instant;
+use crate::forward::instant::{Account, Instant};
 use crate::kinematics::State;
 
 impl Simulation<'_> {
@@ -40,14 +40,9 @@ impl Simulation<'_> {
         self.model.coordinate_rates(&state.coordinates, &state.rates, rates);
         rates.extend_from_slice(&state.accelerations);
         rates.extend(at.bristle_rates.iter().flatten());
-        let account = &at.account;
-        rates.extend_from_slice(&account.drives);
-        rates.push(account.loads);
-        rates.push(account.dampers);
-        let powers = account.drives.iter().chain(&account.interfaces).map(|p| p.abs());
-        let others = [account.loads, account.dampers, account.exchange];
-        rates.push(powers.chain(others.map(f64::abs)).sum::<f64>());
-        rates.extend_from_slice(&account.interfaces);
+        let Account { drives, loads, dampers, exchange, interfaces, .. } = &at.account;
+        let (drives, interfaces) = (drives.iter().copied(), interfaces.iter().copied());
+        append_powers(drives, [*loads, *dampers, *exchange], interfaces, rates);
         rates.extend_from_slice(&at.input_rates);
     }
 
@@ -80,6 +75,22 @@ impl Simulation<'_> {
         scales.extend(&self.input.scales);
         scales
     }
+}
+
+/// Appends the time derivatives of the energies: the powers of the actuators, the powers of loads
+/// and dampers, the turnover, and the powers of the interfaces. The third of `others` is the rate of
+/// the potential energy.
+pub(super) fn append_powers(
+    drives: impl Iterator<Item = f64> + Clone,
+    others: [f64; 3],
+    interfaces: impl Iterator<Item = f64> + Clone,
+    rates: &mut Vec<f64>,
+) {
+    let powers = drives.clone().chain(interfaces.clone()).map(f64::abs);
+    let turnover = powers.chain(others.map(f64::abs)).sum::<f64>();
+    rates.extend(drives);
+    rates.extend([others[0], others[1], turnover]);
+    rates.extend(interfaces);
 }
 
 /// Splits a state vector into coordinates, rates and all other components.

@@ -60,6 +60,7 @@ impl<'a> Simulation<'a> {
         self.model = model;
         *self.workspace = Scratch::new(model);
         self.program_failed = false;
+        self.restart_bound();
         self.lists.clear();
         self.last_step = LastStep::default();
         let lost = if change.picked_up {

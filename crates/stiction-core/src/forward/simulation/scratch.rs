@@ -10,6 +10,7 @@ use crate::forward::project::Projection;
 use crate::forward::recorded::{ProgramBuffers, Recorded};
 use crate::forward::solve::Solved;
 use crate::kinematics::State;
+use crate::statics::AppliedLoad;
 
 /// Largest number of unused [`Instant`]s that are stored for reuse.
 const MOST_SPARE: usize = 8;
@@ -21,6 +22,13 @@ pub(super) struct Scratch {
     pub(super) situation: Data,
     /// True if the motion of the bodies in `situation` is that of its state.
     pub(super) is_placed: bool,
+    /// True if inertias and bias forces in `situation` are those of the motion of the bodies under
+    /// the loads `mass_loads`.
+    pub(super) has_masses: bool,
+    pub(super) mass_loads: Vec<AppliedLoad<f64>>,
+    /// True if efforts and loads in `situation` are those of the present inputs at the last
+    /// evaluation.
+    pub(super) knows_inputs: bool,
     pub(super) solved: Solved,
     /// Modes for which `solved` contains the solution at the state in `situation`; empty if there
     /// is no solution.
@@ -38,6 +46,9 @@ pub(super) struct Scratch {
     /// Smallest relative margin to the friction limit among all sticking interfaces and all stages
     /// of a step.
     pub(super) margin: f64,
+    /// For each sliding interface, the smallest speed along its direction of slip among the stages
+    /// of a step, m/s; empty if it is not known at all stages.
+    pub(super) least_speeds: Vec<f64>,
     /// Smallest singularity index among the stages of a step, see [`Instant::distance`].
     pub(super) nearest: f64,
     /// Expected relative error of the present step if it crosses a singular configuration,
@@ -57,6 +68,9 @@ impl Scratch {
         Self {
             situation: Data::new(model),
             is_placed: false,
+            has_masses: false,
+            mass_loads: Vec::new(),
+            knows_inputs: false,
             solved: Solved::default(),
             solved_modes: Vec::new(),
             projection: Projection::new(model),
@@ -65,6 +79,7 @@ impl Scratch {
             load_tolerance: 0.0,
             conditions_hold: false,
             margin: f64::INFINITY,
+            least_speeds: Vec::new(),
             nearest: f64::INFINITY,
             crosses: None,
             y: Vec::new(),

@@ -95,6 +95,7 @@ impl Simulation<'_> {
         found.account.interfaces =
             found.interfaces.iter().map(InterfaceSample::dissipated).collect();
         self.now = found;
+        self.restart_bound();
         Ok(())
     }
 

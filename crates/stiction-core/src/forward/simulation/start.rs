@@ -217,6 +217,7 @@ impl<'a> Simulation<'a> {
             longest_of_lower_order: [settings.longest_step; 2],
             program_failed: false,
             motion_since_bound: 0.0,
+            bound_reach: 1.0,
             events: Vec::new(),
             in_passage: false,
             reported_others: false,

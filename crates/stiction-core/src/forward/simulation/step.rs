@@ -463,6 +463,8 @@ impl Simulation<'_> {
         let each = self.now.interfaces.iter().map(|interface| interface.load);
         self.workspace.loads.start(self.now.time, each);
         self.workspace.margin = f64::INFINITY;
+        self.workspace.least_speeds.clear();
+        self.workspace.least_speeds.resize(self.modes.len(), f64::INFINITY);
         // At a singular start the accelerations are limits along the branch of motion.
         let distance = self.now.distance;
         self.workspace.nearest = if distance < SINGULAR { f64::INFINITY } else { distance };
@@ -511,10 +513,10 @@ impl Simulation<'_> {
         let is_factorised = self.is_factorised_at(coordinates, rates);
         self.choose_load_iteration();
         self.set_situation(time, (coordinates, rates, rest));
-        let Scratch { situation, is_placed, solved, solved_modes, loads, .. } =
+        let Scratch { situation, is_placed, has_masses, solved, solved_modes, loads, .. } =
             &mut *self.workspace;
         model.update_data(situation, inputs);
-        *is_placed = true;
+        (*is_placed, *has_masses) = (true, false);
         solved_modes.clear();
         let known = Some(loads.at(time));
         let done = match is_factorised {
@@ -569,6 +571,7 @@ impl Simulation<'_> {
         if self.workspace.crosses.is_none() && self.derivative_by_program(time, y, rates, inputs) {
             return Ok(());
         }
+        self.workspace.least_speeds.clear();
         // Off the constraint manifold redundant constraints seem independent.
         self.workspace.load_tolerance = AT_STAGES * self.settings.relative;
         let instant = match near || self.now.redundant > 0 {

@@ -116,6 +116,7 @@ impl<'a> Simulation<'a> {
             return Ok(());
         }
         self.switch_at = f64::INFINITY;
+        self.workspace.knows_inputs = false;
         for k in 0..self.switching.len() {
             if !std::mem::take(&mut self.switching[k]) {
                 continue;

@@ -10,7 +10,7 @@ const MANY: usize = 7;
 #[derive(Clone, Debug)]
 pub(super) enum System {
     /// Blocks of all pairs of loops that share a node.
-    Blocks(BlockCholesky),
+    Blocks(Box<BlockCholesky>),
     /// Many loops that share only the DOFs of one node, such as a platform on many legs. Their
     /// pairs need no blocks.
     Hub { node: usize, matrix: HubCholesky },
@@ -35,7 +35,7 @@ impl System {
         let pairs = of_node.iter().flat_map(|own| {
             own.iter().enumerate().flat_map(move |(k, a)| own[..k].iter().map(move |b| (*a, *b)))
         });
-        Self::Blocks(BlockCholesky::new(count, pairs))
+        Self::Blocks(Box::new(BlockCholesky::new(count, pairs)))
     }
 
     /// Returns true if the DOFs of a node are columns of the low-rank matrix and have no blocks.

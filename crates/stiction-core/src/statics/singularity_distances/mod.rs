@@ -3,12 +3,13 @@
 //! The smallest singular value is the square root of the smallest eigenvalue of the Gram matrix,
 //! which is the balance matrix times its transpose. If the rows belong to bodies, the Gram matrix
 //! couples only bodies with a common joint; if they belong to joints, only joints with a common
-//! body. The cost of factoring the Gram matrix is proportional to the number of legs, except for
-//! the coupling of the joints at one hub.
+//! body. The cost of factoring the Gram matrix is proportional to the number of legs: the joints of a
+//! platform on many legs are coupled by a matrix of rank six.
 //!
 //! Equation (M6) of the book's theory.
 
 mod bounds;
+mod factor;
 mod inverse_iteration;
 #[cfg(test)]
 mod tests;
@@ -19,21 +20,26 @@ use super::newton_euler::NewtonEuler;
 use super::prediction::{Prediction, Shift};
 use crate::joint::{Dof, JointType};
 use crate::kinematics::Bodies;
-use crate::linalg::{BLOCK, BlockCholesky, Lanczos, Part, Slot, Twofold, add_outer_products, dot};
+use crate::linalg::{
+    BLOCK, BlockCholesky, ColumnOrder, Lanczos, Part, Slot, add_outer_products, dot,
+};
 use crate::mechanism::Mechanism;
 use crate::parameters::Parameters;
 use crate::spatial::Wrench;
 use inverse_iteration::{length_squared, shift_below, weakest};
 use travel::{Changes, Kinds, Places};
 
-/// Singular values below this fraction of the largest entry are refined with the balance matrix
-/// itself, because the Gram matrix loses digits: its round-off is about 1e-14. The error is
-/// quadratic in the ratio of this round-off to the squared singular value.
+/// Singular values below this fraction of the largest entry are computed from the triangular factor
+/// of the balance matrix itself, because the Gram matrix loses digits: its round-off is about 1e-14.
+/// The error is quadratic in the ratio of this round-off to the squared singular value.
 const SMALL: f64 = 1e-4;
-/// Singular values below this fraction of the largest entry are computed by a decomposition of the
-/// balance matrix itself, because refinement would converge too slowly: each pass multiplies the
-/// error by the ratio of the Gram matrix's round-off to the squared singular value.
-const TINY: f64 = 1e-6;
+/// Singular values below this fraction of the largest entry are computed by a dense decomposition,
+/// because they are of the order of round-off.
+const TINY: f64 = 1e-12;
+
+/// Number of joints of one body from which their pairs have no blocks in the Gram matrix of the
+/// constraints.
+const MANY: usize = 7;
 
 /// Computes [`Distances`] at many configurations of one mechanism. It is fastest for successive
 /// configurations along a motion: each value is extrapolated from the previous ones, and inverse
@@ -47,9 +53,14 @@ pub struct SingularityDistances {
     /// Gram matrix of constraints and actuators, one block per pair of bodies with a common joint.
     by_bodies: BlockCholesky,
     body_slots: Vec<[Option<Slot>; 3]>,
-    /// Gram matrix of the constraints, one block per pair of joints with a common body.
+    /// Gram matrix of the constraints, one block per pair of joints with a common body. The joints of
+    /// a body with many joints, such as a platform on many legs, are coupled by a matrix of low rank
+    /// instead.
     by_joints: BlockCholesky,
     joint_slots: Vec<Meeting>,
+    /// Joints of a body with many joints, each with the index of this body's end. Their pairs have
+    /// no blocks; empty if there is no such body.
+    hub_rows: Vec<(usize, usize)>,
     /// Scaled unit wrenches of each joint, constraints before actuators, on the joint's predecessor
     /// and successor.
     on: Vec<[[Part; BLOCK]; 2]>,
@@ -65,6 +76,8 @@ pub struct SingularityDistances {
     /// computed eigenvector.
     carried: Vec<Part>,
     lanczos: Lanczos,
+    /// Column orders of the triangular factors for the actuation index and the constraint index.
+    orders: [Option<ColumnOrder>; 2],
 }
 
 /// Singularity index to compute, one of the [`Distances`].
@@ -151,8 +164,19 @@ impl SingularityDistances {
             })
         };
         let sizes: Vec<usize> = joints.iter().map(|joint| joint.constraints).collect();
-        let by_joints = BlockCholesky::with_sizes(&sizes, meetings().map(|(a, b)| (a.0, b.0)));
+        let busiest = (1..=bodies).max_by_key(|body| at[*body].len());
+        let hub = busiest.filter(|body| at[*body].len() >= MANY);
+        let at_hub = |(joint, end): (usize, usize)| Some(joints[joint].ends[end]) == hub;
+        let mut hub_rows = hub.map_or_else(Vec::new, |body| at[body].clone());
+        let hub_joints: Vec<usize> = hub_rows.iter().map(|(joint, _)| *joint).collect();
+        let others = meetings().filter(|(a, _)| !at_hub(*a)).map(|(a, b)| (a.0, b.0));
+        let by_joints = BlockCholesky::with_hub(&sizes, others, &hub_joints);
+        let has_hub = by_joints.has_hub();
+        if !has_hub {
+            hub_rows.clear();
+        }
         let joint_slots = meetings()
+            .filter(|(a, _)| !(has_hub && at_hub(*a)))
             .filter_map(|(a, b)| {
                 let slot = by_joints.slot(a.0, b.0)?;
                 Some(Meeting { joints: [a.0, b.0], ends: [a.1, b.1], slot })
@@ -166,6 +190,7 @@ impl SingularityDistances {
             body_slots,
             by_joints,
             joint_slots,
+            hub_rows,
             on: vec![[[[0.0; BLOCK]; BLOCK]; 2]; count],
             places: Places::default(),
             changes: Changes::default(),
@@ -174,6 +199,7 @@ impl SingularityDistances {
             constraint: Prediction::default(),
             carried: vec![[0.0; BLOCK]; bodies],
             lanczos: Lanczos::default(),
+            orders: [None, None],
         })
     }
 
@@ -186,8 +212,9 @@ impl SingularityDistances {
     ) -> Distances {
         self.place(parameters, bodies);
         let largest = self.largest();
-        let actuation = self.between_bodies(largest);
-        let constraint = actuation.and_then(|_| self.between_joints(largest));
+        let actuation = self.smallest(SingularityIndex::Actuation, largest);
+        let constraint =
+            actuation.and_then(|_| self.smallest(SingularityIndex::Constraint, largest));
         match (actuation, constraint) {
             (Some(actuation), Some(constraint)) => Distances { actuation, constraint },
             _ => self.measure_dense(mechanism, parameters, bodies),
@@ -204,18 +231,10 @@ impl SingularityDistances {
     ) -> f64 {
         self.place(parameters, bodies);
         let largest = self.largest();
-        let prediction = match index {
-            SingularityIndex::Actuation => &mut self.actuation,
-            SingularityIndex::Constraint => &mut self.constraint,
-        };
         if let Some(expected) = expected {
-            prediction.expect(expected * expected);
+            self.prediction(index).expect(expected * expected);
         }
-        let found = match index {
-            SingularityIndex::Actuation => self.between_bodies(largest),
-            SingularityIndex::Constraint => self.between_joints(largest),
-        };
-        found.unwrap_or_else(|| {
+        self.smallest(index, largest).unwrap_or_else(|| {
             let distances = self.measure_dense(mechanism, parameters, bodies);
             match index {
                 SingularityIndex::Actuation => distances.actuation,
@@ -224,26 +243,31 @@ impl SingularityDistances {
         })
     }
 
-    /// Computes the actuation index at the configuration set by [`Self::place`]. `largest` is the
-    /// largest entry of the scaled balance matrix. Returns `None` if round-off of the Gram matrix
-    /// makes the result too inaccurate.
-    fn between_bodies(&mut self, largest: f64) -> Option<f64> {
-        let trusted = |value: &f64| *value > SMALL * largest;
-        self.smallest_between_bodies().filter(trusted).or_else(|| {
-            self.actuation.forget();
-            self.smallest_between_bodies_at(None).filter(|value| *value > TINY * largest)
-        })
+    /// Computes an index at the configuration set by [`Self::place`]. `largest` is the largest entry
+    /// of the scaled balance matrix. Returns `None` if the value is of the order of round-off.
+    fn smallest(&mut self, index: SingularityIndex, largest: f64) -> Option<f64> {
+        let prediction = self.prediction(index);
+        if !prediction.is_below(SMALL * largest) {
+            let found = match index {
+                SingularityIndex::Actuation => self.smallest_between_bodies(),
+                SingularityIndex::Constraint => self.smallest_between_joints(),
+            };
+            if let Some(value) = found.filter(|value| *value > SMALL * largest) {
+                return Some(value);
+            }
+        }
+        let found = self.smallest_by_factor(index).filter(|value| *value > TINY * largest);
+        let prediction = self.prediction(index);
+        prediction.forget();
+        prediction.expect(found.map_or(0.0, |value| value * value));
+        found
     }
 
-    /// Computes the constraint index at the configuration set by [`Self::place`]. `largest` is the
-    /// largest entry of the scaled balance matrix. Returns `None` if round-off of the Gram matrix
-    /// makes the result too inaccurate.
-    fn between_joints(&mut self, largest: f64) -> Option<f64> {
-        let trusted = |value: &f64| *value > SMALL * largest;
-        self.smallest_between_joints().filter(trusted).or_else(|| {
-            self.constraint.forget();
-            self.smallest_between_joints_at(None).filter(|value| *value > TINY * largest)
-        })
+    fn prediction(&mut self, index: SingularityIndex) -> &mut Prediction {
+        match index {
+            SingularityIndex::Actuation => &mut self.actuation,
+            SingularityIndex::Constraint => &mut self.constraint,
+        }
     }
 
     fn measure_dense(
@@ -260,11 +284,11 @@ impl SingularityDistances {
     /// iteration fails.
     fn smallest_between_bodies(&mut self) -> Option<f64> {
         let near = self.actuation.shift();
-        let found = near.and_then(|shift| self.smallest_between_bodies_at(Some(shift)));
-        found.or_else(|| self.smallest_between_bodies_at(Some(Shift::NONE))).or_else(|| {
+        let found = near.and_then(|shift| self.smallest_between_bodies_at(shift));
+        found.or_else(|| self.smallest_between_bodies_at(Shift::NONE)).or_else(|| {
             self.multiply_between_bodies();
             let shift = shift_below(&mut self.by_bodies)?;
-            self.smallest_between_bodies_at(Some(shift))
+            self.smallest_between_bodies_at(shift)
         })
     }
 
@@ -274,11 +298,11 @@ impl SingularityDistances {
             return Some(1.0);
         }
         let near = self.constraint.shift();
-        let found = near.and_then(|shift| self.smallest_between_joints_at(Some(shift)));
-        found.or_else(|| self.smallest_between_joints_at(Some(Shift::NONE))).or_else(|| {
+        let found = near.and_then(|shift| self.smallest_between_joints_at(shift));
+        found.or_else(|| self.smallest_between_joints_at(Shift::NONE)).or_else(|| {
             self.multiply_between_joints();
             let shift = shift_below(&mut self.by_joints)?;
-            self.smallest_between_joints_at(Some(shift))
+            self.smallest_between_joints_at(shift)
         })
     }
 
@@ -329,30 +353,12 @@ impl SingularityDistances {
         }
     }
 
-    /// Computes the actuation index by inverse iteration: with the shifted matrix or, without a
-    /// shift, with refined solutions.
-    fn smallest_between_bodies_at(&mut self, shift: Option<Shift>) -> Option<f64> {
+    /// Computes the actuation index by inverse iteration with the shifted matrix.
+    fn smallest_between_bodies_at(&mut self, shift: Shift) -> Option<f64> {
         self.multiply_between_bodies();
-        let (joints, on) = (&self.joints, &self.on);
-        let matrix = &mut self.by_bodies;
         let all = (0..self.bodies).map(|_| BLOCK);
-        let product = |x: &[Part], out: &mut [[Twofold; BLOCK]]| {
-            for (joint, on) in joints.iter().zip(on) {
-                for unknown in 0..joint.unknowns {
-                    let mut power = Twofold::default();
-                    for (end, on) in joint.ends.iter().zip(on) {
-                        let Some(body) = end.checked_sub(1) else { continue };
-                        (0..BLOCK).for_each(|i| power.add_product(on[unknown][i], x[body][i]));
-                    }
-                    for (end, on) in joint.ends.iter().zip(on) {
-                        let Some(body) = end.checked_sub(1) else { continue };
-                        (0..BLOCK).for_each(|i| out[body][i].add_multiple(on[unknown][i], power));
-                    }
-                }
-            }
-        };
         let start = self.actuation.start(all);
-        let motion = weakest(matrix, &mut self.lanczos, start, shift, product)?;
+        let motion = weakest(&mut self.by_bodies, &mut self.lanczos, start, shift)?;
         // Use the balance matrix itself, because the Gram matrix has fewer accurate digits.
         let mut square = 0.0;
         for (index, joint) in self.joints.iter().enumerate() {
@@ -366,12 +372,10 @@ impl SingularityDistances {
             }
         }
         let square = square / length_squared(motion);
-        if let Some(shift) = shift {
-            if !shift.is_certain(square) {
-                return None;
-            }
-            self.actuation.add(square, motion);
+        if !shift.is_certain(square) {
+            return None;
         }
+        self.actuation.add(square, motion);
         Some(square.sqrt())
     }
 
@@ -413,42 +417,17 @@ impl SingularityDistances {
             let block = &mut block[..self.joints[first].constraints];
             add_outer_products(block, rows, columns);
         }
+        for &(joint, end) in &self.hub_rows {
+            matrix.set_hub_row(joint, &self.across[joint][end]);
+        }
     }
 
-    /// Computes the constraint index by inverse iteration: with the shifted matrix or, without a
-    /// shift, with refined solutions.
-    fn smallest_between_joints_at(&mut self, shift: Option<Shift>) -> Option<f64> {
+    /// Computes the constraint index by inverse iteration with the shifted matrix.
+    fn smallest_between_joints_at(&mut self, shift: Shift) -> Option<f64> {
         self.multiply_between_joints();
-        let matrix = &mut self.by_joints;
-        let (joints, on, bodies) = (&self.joints, &self.on, self.bodies);
-        let sizes = joints.iter().map(|joint| joint.constraints);
-        let product = |x: &[Part], out: &mut [[Twofold; BLOCK]]| {
-            let mut carried = vec![[Twofold::default(); BLOCK]; bodies];
-            let ends = |index: usize| {
-                let joint: &Content = &joints[index];
-                let moving = |end: usize| Some((joint.ends[end].checked_sub(1)?, &on[index][end]));
-                [moving(0), moving(1)].into_iter().flatten()
-            };
-            for index in 0..joints.len() {
-                for (body, columns) in ends(index) {
-                    for k in 0..joints[index].constraints {
-                        (0..BLOCK)
-                            .for_each(|i| carried[body][i].add_product(columns[k][i], x[index][k]));
-                    }
-                }
-            }
-            for index in 0..joints.len() {
-                for (body, columns) in ends(index) {
-                    for k in 0..joints[index].constraints {
-                        (0..BLOCK).for_each(|i| {
-                            out[index][k].add_multiple(columns[k][i], carried[body][i])
-                        });
-                    }
-                }
-            }
-        };
+        let sizes = self.joints.iter().map(|joint| joint.constraints);
         let start = self.constraint.start(sizes);
-        let stress = weakest(matrix, &mut self.lanczos, start, shift, product)?;
+        let stress = weakest(&mut self.by_joints, &mut self.lanczos, start, shift)?;
         let on_bodies = &mut self.carried;
         on_bodies.fill([0.0; BLOCK]);
         for (index, joint) in self.joints.iter().enumerate() {
@@ -463,12 +442,10 @@ impl SingularityDistances {
             }
         }
         let square = length_squared(on_bodies) / length_squared(stress);
-        if let Some(shift) = shift {
-            if !shift.is_certain(square) {
-                return None;
-            }
-            self.constraint.add(square, stress);
+        if !shift.is_certain(square) {
+            return None;
         }
+        self.constraint.add(square, stress);
         Some(square.sqrt())
     }
 }
