@@ -53,7 +53,7 @@ fn measure(name: &str) -> Option<()> {
     };
     let mut settled_forward = [false];
     let mut accelerations = |k: usize| {
-        let (targets, state, efforts) = &states[k % states.len()];
+        let (_, state, efforts) = &states[k % states.len()];
         forward.set(&mut of_forward, 0, state, &loads, efforts);
         forward.run(&mut of_forward, &mut settled_forward);
     };
