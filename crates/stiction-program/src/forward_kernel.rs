@@ -86,8 +86,8 @@ impl<T> KernelResults<T> {
 
 impl KernelResponses {
     /// Returns the data of the normal loads, with multiples of the equations of the efforts added
-    /// to the wrenches. `remaining` are the efforts for accelerations and friction. Also returns the
-    /// ratio of each replacement, followed by its divisor.
+    /// to the wrenches. `remaining` are the efforts for accelerations and friction. Also returns
+    /// the ratio of each replacement, followed by its divisor.
     fn loads<'a>(
         &'a self,
         coupled: &'a [usize],

@@ -1,4 +1,5 @@
-//! Inputs of forward-dynamics programs, which receive coordinates and rates of the tree, then loads.
+//! Inputs of forward-dynamics programs, which receive coordinates and rates of the tree, then
+//! loads.
 
 use crate::program_inputs::load_to_array;
 use crate::recording::Counts;

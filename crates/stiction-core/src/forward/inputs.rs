@@ -206,8 +206,8 @@ pub trait Inputs {
 
     /// Returns true if efforts, loads and rates of internal states keep the values of the last
     /// evaluation until the next change ([`Self::next_change`]) or the next sign change of a
-    /// switching function, however the mechanism moves. They need not be evaluated again until then.
-    /// The default is false.
+    /// switching function, however the mechanism moves. They need not be evaluated again until
+    /// then. The default is false.
     fn are_constant(&self) -> bool {
         false
     }

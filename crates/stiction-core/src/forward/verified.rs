@@ -9,15 +9,16 @@ use super::recorded::ProgramResults;
 use crate::dynamics::spring_powers;
 use crate::spatial::Wrench;
 
-/// Largest residual of an equation, relative to the largest wrench, acceleration, velocity or power.
-/// The solutions of recorded programs are not refined, so the tolerance is close to round-off.
+/// Largest residual of an equation, relative to the largest wrench, acceleration, velocity or
+/// power. The solutions of recorded programs are not refined, so the tolerance is close to
+/// round-off.
 const MET: f64 = 1e-10;
 
 impl Forward {
-    /// Returns true if the results of a program, which are also in `instant`, satisfy all equations:
-    /// the motion of each body, the efforts and frictions in each joint, the friction laws, the
-    /// loops, the velocities and the powers. All interfaces must slide, without gearings or motor
-    /// shafts. `sums` is a buffer.
+    /// Returns true if the results of a program, which are also in `instant`, satisfy all
+    /// equations: the motion of each body, the efforts and frictions in each joint, the friction
+    /// laws, the loops, the velocities and the powers. All interfaces must slide, without gearings
+    /// or motor shafts. `sums` is a buffer.
     pub(super) fn satisfies_all_equations(
         &self,
         (data, modes): (&Data, &[InterfaceMode]),

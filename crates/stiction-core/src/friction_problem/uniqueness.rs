@@ -26,8 +26,8 @@ const INVERSE: usize = 6;
 /// this value.
 const CONVERGED: f64 = 1e-13;
 
-/// Number of interfaces from which power iterations precede inverse iteration, whose cost grows with
-/// the third power of this number, and the largest number of these iterations.
+/// Number of interfaces from which power iterations precede inverse iteration, whose cost grows
+/// with the third power of this number, and the largest number of these iterations.
 const LARGE: usize = 40;
 const POWERS: usize = 80;
 
@@ -112,8 +112,8 @@ pub(crate) fn coupling_bound(
     radius_bound(matrix, count, vectors)
 }
 
-/// Computes [`coupling_bound`] from a stored influence matrix, two columns at a time: the wrenches of
-/// two columns fit into the registers of every processor, those of four do not.
+/// Computes [`coupling_bound`] from a stored influence matrix, two columns at a time: the wrenches
+/// of two columns fit into the registers of every processor, those of four do not.
 pub(crate) fn coupling_bound_in_blocks(
     at: Configuration<'_>,
     interfaces: impl Iterator<Item = (usize, f64)>,
@@ -196,8 +196,9 @@ pub(crate) fn radius_bound(matrix: &[f64], count: usize, workspace: &mut RadiusW
 }
 
 /// Computes the bound by inverse iteration with the bound as the shift, starting from the
-/// extrapolated eigenvector, for many interfaces after power iterations. The iteration keeps the vector positive and converges quadratically if
-/// every interface influences every other one (Noda 1971).
+/// extrapolated eigenvector, for many interfaces after power iterations. The iteration keeps the
+/// vector positive and converges quadratically if every interface influences every other one (Noda
+/// 1971).
 ///
 /// # Errors
 /// Returns the least bound of all iterates if lower and upper bound do not converge to each other.

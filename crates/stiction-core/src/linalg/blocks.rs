@@ -80,8 +80,8 @@ impl BlockCholesky {
     /// Prepares a matrix like [`Self::with_sizes`], to which a matrix `V V^T` with six columns is
     /// added ([`Self::set_hub_row`]). Only the block rows `hub` of `V` are not zero. If the other
     /// blocks do not couple these block rows, the cost grows linearly with their number, and they
-    /// have no blocks for their pairs; otherwise the added matrix must be written to the blocks, see
-    /// [`Self::has_hub`].
+    /// have no blocks for their pairs; otherwise the added matrix must be written to the blocks,
+    /// see [`Self::has_hub`].
     pub(crate) fn with_hub(
         sizes: &[usize],
         pairs: impl Iterator<Item = (usize, usize)>,
@@ -178,8 +178,8 @@ impl BlockCholesky {
         self.hub.is_some()
     }
 
-    /// Sets a block row of `V`, see [`Self::with_hub`]. `columns` contains the columns of this block
-    /// row.
+    /// Sets a block row of `V`, see [`Self::with_hub`]. `columns` contains the columns of this
+    /// block row.
     pub(crate) fn set_hub_row(&mut self, block: usize, columns: &Block) {
         if let Some((first, hub)) = &mut self.hub {
             hub.set_row(self.place[block] - *first, columns);
@@ -346,8 +346,8 @@ impl BlockCholesky {
     }
 }
 
-/// Computes the inverse of the lower Cholesky factor of the first `size` rows and columns of a block;
-/// `None` if a pivot does not exceed `least` or is not finite.
+/// Computes the inverse of the lower Cholesky factor of the first `size` rows and columns of a
+/// block; `None` if a pivot does not exceed `least` or is not finite.
 #[inline(always)]
 pub(super) fn inverse_factor(block: &Block, size: usize, least: f64) -> Option<Block> {
     let (mut left, mut inverse) = (*block, UNIT);
@@ -424,8 +424,8 @@ fn subtract_product(from: &mut Block, columns: usize, (a, b): (&Block, &Block), 
     }
 }
 
-/// Computes the product of the transpose of a lower triangular block and a vector, of which the first
-/// components are given; the others are zero.
+/// Computes the product of the transpose of a lower triangular block and a vector, of which the
+/// first components are given; the others are zero.
 pub(super) fn upper_times(lower: &Block, x: &[f64]) -> Part {
     let mut product = [0.0; BLOCK];
     for (row, amount) in lower.iter().zip(x) {

@@ -59,8 +59,8 @@ impl HubCholesky {
         parts.for_each(|(row, part)| self.columns[row][column] = part);
     }
 
-    /// Sets a block row of `V`, and all weights to one. `columns` contains the columns of this block
-    /// row.
+    /// Sets a block row of `V`, and all weights to one. `columns` contains the columns of this
+    /// block row.
     pub(crate) fn set_row(&mut self, row: usize, columns: &Block) {
         self.columns[row] = *columns;
         self.weights = [1.0; BLOCK];

@@ -24,9 +24,9 @@ const INSTANTS: usize = 10;
 
 impl Job<'_> {
     /// Lets the model of this job, which is simulated between the times `from` and `until`, s,
-    /// compute by a recorded program after many control periods, see [`PERIODS`], if `until` is later
-    /// and if a program can be recorded. `start` is the initial state of the mechanism. Without a program,
-    /// the general solver computes all steps.
+    /// compute by a recorded program after many control periods, see [`PERIODS`], if `until` is
+    /// later and if a program can be recorded. `start` is the initial state of the mechanism.
+    /// Without a program, the general solver computes all steps.
     pub(super) fn record_program(
         &self,
         forward: &mut Forward,

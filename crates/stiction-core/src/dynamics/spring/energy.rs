@@ -77,8 +77,8 @@ fn of_bushing<T: Scalar>(bushing: &BushingParameters<T>, bodies: &Bodies<T>) -> 
     }
 }
 
-/// Returns the sum, over both bodies, of the magnitude of velocity times force plus the magnitude of
-/// angular velocity times moment, W. Velocities and moment refer to `point`.
+/// Returns the sum, over both bodies, of the magnitude of velocity times force plus the magnitude
+/// of angular velocity times moment, W. Velocities and moment refer to `point`.
 fn both<T: Scalar>(ends: [usize; 2], bodies: &Bodies<T>, wrench: Wrench<T>, point: Vec3<T>) -> T {
     let size = |body: usize| {
         let twist: Twist<T> = bodies.twist[body];

@@ -175,9 +175,9 @@ impl<'a> Simulation<'a> {
     }
 
     /// Prepares the interpolation of the last step of `end`, at whose start `self` is, with the
-    /// stick-slip modes of this step: the dense output of the integrator or, if no accelerations are
-    /// found at one of its stages, a curve through both ends. Near the end of a branch of solutions,
-    /// accelerations may be found at the end of the step only from those before it.
+    /// stick-slip modes of this step: the dense output of the integrator or, if no accelerations
+    /// are found at one of its stages, a curve through both ends. Near the end of a branch of
+    /// solutions, accelerations may be found at the end of the step only from those before it.
     fn prepare_curve(
         &mut self,
         end: &Simulation<'a>,
@@ -298,8 +298,8 @@ impl<'a> Simulation<'a> {
         Ok(self.with_forces_of(to, (time, state), &end.bristles, inputs))
     }
 
-    /// Returns the results at `time`, s, with the given state, and with the accelerations, reactions and
-    /// frictions of another instant.
+    /// Returns the results at `time`, s, with the given state, and with the accelerations,
+    /// reactions and frictions of another instant.
     fn with_forces_of(
         &self,
         forces: &Instant,

@@ -62,8 +62,8 @@ impl Simulation<'_> {
 
     /// Evaluates accelerations and reactions at a state that closes the loops: by the recorded
     /// program if it is valid there, otherwise by the general solver, which also computes the
-    /// uniqueness bound if `measure`. `distance` is the singularity index of the loops there; `None`
-    /// if it is not known, or if constraints are redundant.
+    /// uniqueness bound if `measure`. `distance` is the singularity index of the loops there;
+    /// `None` if it is not known, or if constraints are redundant.
     ///
     /// # Errors
     /// See [`Self::evaluate`].

@@ -75,8 +75,8 @@ impl Simulation<'_> {
         self.decide(inputs, stopped, None)
     }
 
-    /// Like [`Self::reconsider`], and first tries whether the forces `known` hold the mechanism if they
-    /// are given.
+    /// Like [`Self::reconsider`], and first tries whether the forces `known` hold the mechanism if
+    /// they are given.
     pub(super) fn decide(
         &mut self,
         inputs: &mut dyn Inputs,
@@ -223,9 +223,9 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    /// Records an event for each interface that began to stick or to slip, or that reversed, since its
-    /// modes were `before`. `stops` gives the interfaces that stopped or reversed before the present
-    /// time, each with this time, s.
+    /// Records an event for each interface that began to stick or to slip, or that reversed, since
+    /// its modes were `before`. `stops` gives the interfaces that stopped or reversed before the
+    /// present time, each with this time, s.
     pub(super) fn record_mode_changes(&mut self, before: &[InterfaceMode], stops: &[(usize, f64)]) {
         let first = self.events.len();
         for interface in 0..self.modes.len() {

@@ -45,8 +45,8 @@ pub(super) enum Ending {
 
 impl Simulation<'_> {
     /// Returns true if the speed of a sliding interface, at all stages of the step that ends at
-    /// `arrived`, is at least half of its greater value at both ends. The stages are spread over the
-    /// step, so that the speed has no zero between them.
+    /// `arrived`, is at least half of its greater value at both ends. The stages are spread over
+    /// the step, so that the speed has no zero between them.
     fn slides_throughout(&self, interface: usize, arrived: &Instant) -> bool {
         let InterfaceMode::Slides(direction) = self.modes[interface] else { return false };
         let [start, end] =
@@ -179,7 +179,8 @@ impl Simulation<'_> {
         if at.gives_way.is_some() {
             return -1.0;
         }
-        // More than the decision between stick and slip permits, so that an onset is not found twice.
+        // More than the decision between stick and slip permits, so that an onset is not found
+        // twice.
         let rounding = 2.0 * rounding_of_friction(&at.wrenches);
         let sticks = at.interfaces.iter().filter(|c| c.interface == InterfaceMode::Sticks);
         let relative = sticks.map(|c| {

@@ -78,8 +78,8 @@ impl Simulation<'_> {
 }
 
 /// Appends the time derivatives of the energies: the powers of the actuators, the powers of loads
-/// and dampers, the turnover, and the powers of the interfaces. The third of `others` is the rate of
-/// the potential energy.
+/// and dampers, the turnover, and the powers of the interfaces. The third of `others` is the rate
+/// of the potential energy.
 pub(super) fn append_powers(
     drives: impl Iterator<Item = f64> + Clone,
     others: [f64; 3],

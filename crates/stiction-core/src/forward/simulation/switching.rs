@@ -152,8 +152,8 @@ impl<'a> Simulation<'a> {
         Ok(())
     }
 
-    /// Returns true if a switching function has just changed its sign, so that inputs may jump within
-    /// the next step too.
+    /// Returns true if a switching function has just changed its sign, so that inputs may jump
+    /// within the next step too.
     pub(super) fn is_switching(&self) -> bool {
         let (count, _, last) = self.chatter;
         count > 0 && self.now.time - last <= QUICK

@@ -7,6 +7,7 @@ use crate::linalg::{BlockCholesky, Lanczos, Part, STEPS, dot};
 /// largest number of bisections.
 const CLOSE: f64 = 1e-4;
 const BISECTIONS: usize = 30;
+
 /// Computes the eigenvector of the smallest eigenvalue of a matrix by inverse iteration with the
 /// given shift. Returns `None` if the shifted matrix is not positive definite, or if the iteration
 /// does not converge.

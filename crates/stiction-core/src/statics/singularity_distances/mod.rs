@@ -3,8 +3,8 @@
 //! The smallest singular value is the square root of the smallest eigenvalue of the Gram matrix,
 //! which is the balance matrix times its transpose. If the rows belong to bodies, the Gram matrix
 //! couples only bodies with a common joint; if they belong to joints, only joints with a common
-//! body. The cost of factoring the Gram matrix is proportional to the number of legs: the joints of a
-//! platform on many legs are coupled by a matrix of rank six.
+//! body. The cost of factoring the Gram matrix is proportional to the number of legs: the joints of
+//! a platform on many legs are coupled by a matrix of rank six.
 //!
 //! Equation (M6) of the book's theory.
 
@@ -30,8 +30,8 @@ use inverse_iteration::{length_squared, shift_below, weakest};
 use travel::{Changes, Kinds, Places};
 
 /// Singular values below this fraction of the largest entry are computed from the triangular factor
-/// of the balance matrix itself, because the Gram matrix loses digits: its round-off is about 1e-14.
-/// The error is quadratic in the ratio of this round-off to the squared singular value.
+/// of the balance matrix itself, because the Gram matrix loses digits: its round-off is about
+/// 1e-14. The error is quadratic in the ratio of this round-off to the squared singular value.
 const SMALL: f64 = 1e-4;
 /// Singular values below this fraction of the largest entry are computed by a dense decomposition,
 /// because they are of the order of round-off.
@@ -53,9 +53,9 @@ pub struct SingularityDistances {
     /// Gram matrix of constraints and actuators, one block per pair of bodies with a common joint.
     by_bodies: BlockCholesky,
     body_slots: Vec<[Option<Slot>; 3]>,
-    /// Gram matrix of the constraints, one block per pair of joints with a common body. The joints of
-    /// a body with many joints, such as a platform on many legs, are coupled by a matrix of low rank
-    /// instead.
+    /// Gram matrix of the constraints, one block per pair of joints with a common body. The joints
+    /// of a body with many joints, such as a platform on many legs, are coupled by a matrix of low
+    /// rank instead.
     by_joints: BlockCholesky,
     joint_slots: Vec<Meeting>,
     /// Joints of a body with many joints, each with the index of this body's end. Their pairs have
@@ -243,8 +243,9 @@ impl SingularityDistances {
         })
     }
 
-    /// Computes an index at the configuration set by [`Self::place`]. `largest` is the largest entry
-    /// of the scaled balance matrix. Returns `None` if the value is of the order of round-off.
+    /// Computes an index at the configuration set by [`Self::place`]. `largest` is the largest
+    /// entry of the scaled balance matrix. Returns `None` if the value is of the order of
+    /// round-off.
     fn smallest(&mut self, index: SingularityIndex, largest: f64) -> Option<f64> {
         let prediction = self.prediction(index);
         if !prediction.is_below(SMALL * largest) {

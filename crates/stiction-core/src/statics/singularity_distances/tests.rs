@@ -88,8 +88,9 @@ fn small_values_are_found_by_triangular_factors() {
             if !(TINY * largest..=SMALL * largest).contains(&expected) {
                 continue;
             }
-            // The iteration stops at a residual of 1e-9, with a quadratic error; with any method, the relative
-            // accuracy of the smallest value is the round-off of the entries divided by that value.
+            // The iteration stops at a residual of 1e-9, with a quadratic error; with any method,
+            // the relative accuracy of the smallest value is the round-off of the entries divided
+            // by that value.
             let known = 2e-12 + 8.0 * f64::EPSILON * svd.largest() / expected;
             let found = found.unwrap();
             let error = (found - expected).abs() / expected;
