@@ -18,6 +18,10 @@ class TooSlow(Exception):
     """The command needed more processor time than its limit."""
 
 
+class Failed(RuntimeError):
+    """The command ended with an error."""
+
+
 def pin() -> None:
     """Keeps this process and its children on one core, where the system permits it."""
     if hasattr(os, "sched_setaffinity"):
@@ -41,7 +45,7 @@ def cpu_time(command: list[str | Path], limit: int = 600) -> tuple[float, str]:
     if process.returncode != 0:
         if taken >= limit - 1:
             raise TooSlow(" ".join(words))
-        raise RuntimeError(f"{' '.join(words)}: exit code {process.returncode}")
+        raise Failed(f"{' '.join(words)}: exit code {process.returncode}")
     return taken, text
 
 

@@ -3,7 +3,9 @@
 Each time is the difference of two runs of a command, divided by the difference of their numbers of samples or
 evaluations; `check` and `breakaway` are whole commands. The exponents are those between the two largest mechanisms of
 each family that a command manages within `LIMIT`; the greatest exponent of all families is the result. A command that
-exceeds the limit counts with the limit, divided by the greatest number of samples if it is for samples, set-up included.
+refuses a mechanism does not count: its rank decisions depend on the ratio of the whole length to that of a link. A
+command that exceeds the limit counts with the limit, divided by the greatest number of samples if it is for samples,
+set-up included.
 """
 
 from __future__ import annotations
@@ -20,7 +22,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pinocchio as pin
-from commands import TooSlow, cpu_time
+from commands import Failed, TooSlow, cpu_time
 from commands import pin as keep_on_one_core
 from families import FAMILIES, Family
 
@@ -177,10 +179,14 @@ class Row:
     times: dict[str, float] = field(default_factory=dict)
     #: quantities whose command exceeded the limit
     slow: set[str] = field(default_factory=set)
+    #: quantities whose command ended with an error
+    refused: set[str] = field(default_factory=set)
 
     def cell(self, quantity: Quantity) -> str:
         if quantity.title in self.slow:
             return f"> {LIMIT} s"
+        if quantity.title in self.refused:
+            return "refused"
         return f"{1e3 * self.times[quantity.title]:.3g}" if quantity.title in self.times else "-"
 
     def cells(self) -> list[str]:
@@ -196,6 +202,9 @@ def measure(rows: list[Row], quantity: Quantity) -> None:
             taken = quantity.measure(row.model)
         except TooSlow:
             row.slow.add(title)
+            break
+        except Failed:
+            row.refused.add(title)
             break
         if not isnan(taken):
             row.times[title] = taken
