@@ -87,10 +87,10 @@ const HELD: usize = 60;
 /// use stiction_core::mechanism::{BodySpec, JointId, JointSpec, MechanismBuilder};
 /// use stiction_core::spatial::{Mat3, Pose, Vec3};
 ///
-/// // A block of 2 kg that is pushed along x: the rail's z axis is its direction of sliding. let
-/// rail = Pose { rotation: Mat3::between(Vec3::new(0.0, 0.0, 1.0), Vec3::new(1.0, 0.0, 0.0)),
-/// ..Pose::identity() }; let dry = JointFriction::guide(Law::coulomb_viscous(0.25, 0.0)); let
-/// mechanism = MechanismBuilder::new("block")
+/// // A block of 2 kg that is pushed along x: the rail's z axis is its direction of sliding.
+/// let rail = Pose { rotation: Mat3::between(Vec3::new(0.0, 0.0, 1.0), Vec3::new(1.0, 0.0, 0.0)), ..Pose::identity() };
+/// let dry = JointFriction::guide(Law::coulomb_viscous(0.25, 0.0));
+/// let mechanism = MechanismBuilder::new("block")
 ///     .gravity(Vec3::new(0.0, -10.0, 0.0))
 ///     .body(BodySpec::new("block").mass(2.0))
 ///     .joint(
