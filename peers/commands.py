@@ -12,14 +12,16 @@ from pathlib import Path
 CORE = (os.cpu_count() or 1) - 1
 #: greatest memory of a command, bytes
 MEMORY = 6 << 30
+#: exit code of our commands for input that they cannot use
+REFUSAL = 2
 
 
 class TooSlow(Exception):
     """The command needed more processor time than its limit."""
 
 
-class Failed(RuntimeError):
-    """The command ended with an error."""
+class Refused(RuntimeError):
+    """The command ended with the exit code `REFUSAL`."""
 
 
 def pin() -> None:
@@ -45,7 +47,8 @@ def cpu_time(command: list[str | Path], limit: int = 600) -> tuple[float, str]:
     if process.returncode != 0:
         if taken >= limit - 1:
             raise TooSlow(" ".join(words))
-        raise Failed(f"{' '.join(words)}: exit code {process.returncode}")
+        kind = Refused if process.returncode == REFUSAL else RuntimeError
+        raise kind(f"{' '.join(words)}: exit code {process.returncode}")
     return taken, text
 
 

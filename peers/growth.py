@@ -3,9 +3,8 @@
 Each time is the difference of two runs of a command, divided by the difference of their numbers of samples or
 evaluations; `check` and `breakaway` are whole commands. The exponents are those between the two largest mechanisms of
 each family that a command manages within `LIMIT`; the greatest exponent of all families is the result. A command that
-refuses a mechanism does not count: its rank decisions depend on the ratio of the whole length to that of a link. A
-command that exceeds the limit counts with the limit, divided by the greatest number of samples if it is for samples,
-set-up included.
+refuses a mechanism does not count; the table says so. A command that exceeds the limit counts with the limit, divided
+by the greatest number of samples if it is for samples, set-up included.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pinocchio as pin
-from commands import Failed, TooSlow, cpu_time
+from commands import Refused, TooSlow, cpu_time
 from commands import pin as keep_on_one_core
 from families import FAMILIES, Family
 
@@ -179,7 +178,7 @@ class Row:
     times: dict[str, float] = field(default_factory=dict)
     #: quantities whose command exceeded the limit
     slow: set[str] = field(default_factory=set)
-    #: quantities whose command ended with an error
+    #: quantities whose command refused the mechanism
     refused: set[str] = field(default_factory=set)
 
     def cell(self, quantity: Quantity) -> str:
@@ -203,7 +202,7 @@ def measure(rows: list[Row], quantity: Quantity) -> None:
         except TooSlow:
             row.slow.add(title)
             break
-        except Failed:
+        except Refused:
             row.refused.add(title)
             break
         if not isnan(taken):
