@@ -73,9 +73,6 @@ use std::sync::Arc;
 
 /// Number of DOFs of the spanning tree from which the sparse solver is faster than the dense one.
 const SPARSE: usize = 25;
-/// Number of DOFs of the spanning tree from which bodies that one chain can hold do not float. The
-/// trees of smaller models are those of inverse dynamics.
-const HELD: usize = 60;
 
 /// Model of a mechanism for forward dynamics. Immutable.
 ///
@@ -153,9 +150,11 @@ impl Forward {
     /// other actuators exert efforts. Indices without an actuator are ignored.
     pub fn new(mechanism: Mechanism, prescribed: &[usize]) -> Self {
         let model = Self::with_tree(mechanism, TreeRule::Structure, prescribed);
-        match model.closures.is_some() && model.topology.dofs() >= HELD {
-            true => Self::with_tree(model.mechanism, TreeRule::Held, prescribed).made_sparse(),
-            false => model,
+        match TreeRule::suited_to(&model.topology) {
+            TreeRule::Held if model.closures.is_some() => {
+                Self::with_tree(model.mechanism, TreeRule::Held, prescribed).made_sparse()
+            }
+            _ => model,
         }
     }
 

@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector};
 /// Singular values below this fraction of the largest one (or of 1, if that is greater) count as
 /// zero. If a motion is blocked at second order only, configurations and singular values are
 /// accurate to the square root of round-off, 1e-8.
-pub(super) const OPEN: f64 = 1e-6;
+const OPEN: f64 = 1e-6;
 
 /// Undetermined motions at a configuration.
 pub(super) enum OpenMotion {
@@ -44,8 +44,7 @@ pub(super) fn open_motions(
     scaled: SparseMatrix,
     column_scales: &[f64],
 ) -> OpenMotion {
-    let columns: Vec<usize> = (0..scaled.ncols()).collect();
-    let decomposition = Decomposition::new(scaled, &columns, Limit::OfOrderOne(OPEN));
+    let decomposition = decompose(scaled);
     let null = decomposition.orthonormal_null_space(decomposition.rank());
     // Compute the rates of the spanning tree in each undetermined motion, then the twists of the
     // bodies.
@@ -61,6 +60,13 @@ pub(super) fn open_motions(
             twists.iter().map(|twists| in_words(parameters, bodies, twists)).collect(),
         ),
     }
+}
+
+/// Decomposes the scaled Jacobian of loops and coordinates, to decide which motions they leave
+/// undetermined.
+pub(super) fn decompose(scaled: SparseMatrix) -> Decomposition {
+    let columns: Vec<usize> = (0..scaled.ncols()).collect();
+    Decomposition::new(scaled, &columns, Limit::OfOrderOne(OPEN))
 }
 
 /// Computes the twists of all bodies from the rates of the spanning tree.

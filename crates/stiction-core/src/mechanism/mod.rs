@@ -249,9 +249,10 @@ impl Mechanism {
 
     /// Characteristic length, m, which relates moments to forces and angles to lengths (singularity
     /// indices, default weights, ranks). If no length is declared, it is the root mean square of
-    /// the distances between points of the same body, over all bodies including the ground. These
-    /// points are joint origins and the centre of mass. If all distances vanish, the characteristic
-    /// length is one metre. This default depends on the geometry alone.
+    /// the distances between points of the same body, over all bodies including the ground, from
+    /// each point to at most six nearest others. These points are joint origins and the centre of
+    /// mass. If all distances vanish, the characteristic length is one metre. This default depends
+    /// on the geometry alone.
     pub fn characteristic_length(&self) -> f64 {
         self.characteristic_length
     }

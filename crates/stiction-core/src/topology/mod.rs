@@ -32,6 +32,19 @@ pub enum TreeRule {
     Random(u64),
 }
 
+/// Number of DOFs of the tree [`TreeRule::Structure`] from which the tree [`TreeRule::Held`] is
+/// more suitable. Floating bodies turn about the reference point, which may be far away in a large
+/// mechanism.
+const HELD: usize = 60;
+
+impl TreeRule {
+    /// Returns the rule for a mechanism with the topology `structure` by the rule
+    /// [`Self::Structure`].
+    pub(crate) fn suited_to(structure: &Topology) -> Self {
+        if structure.dofs() >= HELD { Self::Held } else { Self::Structure }
+    }
+}
+
 /// Immutable compiled joint graph of a mechanism: spanning tree, cut joints, and order of
 /// computation.
 #[doc(hidden)]

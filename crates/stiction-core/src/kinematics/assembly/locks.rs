@@ -8,7 +8,7 @@ use super::super::partial::{MET, Missed, What, assemble_partly};
 use super::super::system::Kinematics;
 use super::super::{AssemblyError, Gap, dof};
 use super::reference::Given;
-use crate::linalg::{RowSpace, StaticLu, Svd};
+use crate::linalg::{Decomposition, Limit, SparseMatrix, StaticLu, Svd};
 use crate::mechanism::{BodyId, JointId};
 use nalgebra::{DMatrix, DVector};
 
@@ -33,13 +33,12 @@ impl Given<'_> {
                 .map_err(|missed| AssemblyError::Gap(self.gap_of(&missed)))?;
         self.refine_singular(&mut state);
         let (jacobian, _) = self.rows(&state, &[]);
-        let svd = Svd::new(&jacobian);
-        let open = svd.null_space(svd.rank_of_order_one(dof::OPEN));
+        let decomposition = dof::decompose(jacobian);
+        let open = decomposition.orthonormal_null_space(decomposition.rank());
         if open.is_empty() {
             return Ok(Vec::new());
         }
         let candidates = self.candidates();
-        let basis = DMatrix::from_columns(&open);
         let mut rates = DMatrix::zeros(candidates.len(), open.len());
         let mut values = vec![0.0; candidates.len()];
         // Prescribing all three components of a rotation vector yields other equations than
@@ -55,11 +54,11 @@ impl Given<'_> {
             let own: Vec<Coordinate> = group.iter().map(|&k| candidates[k]).collect();
             let (jacobian, errors) = self.rows(&state, &own);
             let first = errors.len() - own.len();
-            let moved = jacobian.rows(first, own.len()) * &basis;
-            for (row, &k) in group.iter().enumerate() {
-                rates.set_row(k, &moved.row(row));
-                values[k] = errors[first + row];
+            for (motion, direction) in open.iter().enumerate() {
+                let moved = jacobian.times(direction.as_slice());
+                group.iter().zip(&moved[first..]).for_each(|(&k, rate)| rates[(k, motion)] = *rate);
             }
+            group.iter().zip(&errors[first..]).for_each(|(&k, error)| values[k] = *error);
         }
         // `rates` contains the rate of each candidate (row) in each undetermined motion (column).
         // Repeatedly lock a candidate with a large rate, and remove the locked motion from the
@@ -82,7 +81,7 @@ impl Given<'_> {
     /// Computes the scaled Jacobian and the unscaled errors of loop closure, the prescribed
     /// coordinates and the `further` coordinates. All targets are zero, so the error of a
     /// coordinate is its value. The rows of `further` come last.
-    fn rows(&self, state: &State<f64>, further: &[Coordinate]) -> (DMatrix<f64>, Vec<f64>) {
+    fn rows(&self, state: &State<f64>, further: &[Coordinate]) -> (SparseMatrix, Vec<f64>) {
         let topology = self.topology;
         let all = [self.coordinates, further].concat();
         let constraints = MotionConstraints::new(topology, &all, &[]);
@@ -90,7 +89,7 @@ impl Given<'_> {
         let mut kinematics = Kinematics::new(topology, &constraints, &StaticLu::default());
         let equations = PositionEquations::new(topology, self.parameters, &constraints, &targets);
         equations.errors(&mut kinematics, state);
-        (equations.jacobian(&mut kinematics).to_dense(), kinematics.errors().to_vec())
+        (equations.jacobian(&mut kinematics), kinematics.errors().to_vec())
     }
 
     /// Converts a condition that the assembly does not satisfy to a [`Gap`] for the error message.
@@ -128,28 +127,31 @@ impl Given<'_> {
             PositionEquations::new(topology, self.parameters, &constraints, self.targets);
         let mut at = |state: &State<f64>| {
             let errors = equations.errors(&mut kinematics, state);
-            (errors, equations.jacobian(&mut kinematics).to_dense())
+            (errors, equations.jacobian(&mut kinematics))
         };
         let moved = |state: &State<f64>, step: &DVector<f64>| {
             let mut state = state.clone();
             state.advance(topology, &equations.unscaled(step));
             state
         };
-        let mut space = RowSpace::default();
         for _ in 0..REFINEMENTS {
             let (_, jacobian) = at(state);
-            let svd = Svd::new(&jacobian);
-            let rank = svd.rank_of_order_one(NEARLY_SINGULAR);
-            let open = svd.null_space(rank);
-            if open.is_empty() || jacobian.is_empty() {
+            let groups: Vec<usize> = (0..jacobian.ncols()).collect();
+            let limit = Limit::OfOrderOne(NEARLY_SINGULAR);
+            let decomposition = Decomposition::new(jacobian.clone(), &groups, limit);
+            let open = decomposition.orthonormal_null_space(decomposition.rank());
+            if open.is_empty() || jacobian.nrows() == 0 {
                 return;
             }
             let basis = DMatrix::from_columns(&open);
-            let left = svd.u.columns(0, rank).into_owned();
-            let projected = |jacobian: &DMatrix<f64>| {
-                let image = jacobian * &basis;
-                let within = &left * left.tr_mul(&image);
-                DVector::from_column_slice((image - within).as_slice())
+            // The least-squares solution leaves the part of the image outside the column space.
+            let projected = |jacobian: &SparseMatrix| {
+                let outside = open.iter().flat_map(|direction| {
+                    let image = jacobian.times(direction.as_slice());
+                    let within = decomposition.matrix().times(&decomposition.solve(&image));
+                    image.into_iter().zip(within).map(|(all, part)| all - part).collect::<Vec<_>>()
+                });
+                DVector::from_vec(outside.collect())
             };
             let columns: Vec<DVector<f64>> = open
                 .iter()
@@ -171,9 +173,8 @@ impl Given<'_> {
             let refined = moved(state, &step);
             // Close the loops in the directions orthogonal to the near-null space.
             let (errors, jacobian) = at(&refined);
-            let by_rows: Vec<f64> = jacobian.transpose().iter().copied().collect();
-            space.decompose(&by_rows, errors.len(), topology.dofs(), NEARLY_SINGULAR);
-            let step = -DVector::from_vec(space.shortest(errors.as_slice()));
+            let decomposition = Decomposition::new(jacobian, &groups, limit);
+            let step = -DVector::from_vec(decomposition.solve(errors.as_slice()));
             let refined = moved(&refined, &step);
             // The loops stay open at a singular configuration that is no solution, such as a
             // stretched arm between its two elbow configurations.

@@ -6,7 +6,7 @@ use super::super::error::AssemblyError;
 use super::super::motion_constraints::{MotionConstraints, Spin};
 use super::super::system::{Kinematics, column_scales};
 use super::Assembly;
-use crate::linalg::{Decomposition, Limit, SparseMatrix, Svd};
+use crate::linalg::{SparseMatrix, Svd};
 use crate::parameters::Parameters;
 use crate::spatial::Vec3;
 use std::sync::Arc;
@@ -117,9 +117,8 @@ impl Assembly {
         // singular values are large.
         if plan.smallest_pivot < SUSPICIOUS_PIVOT {
             let jacobian = self.scaled_jacobian(parameters);
-            let columns: Vec<usize> = (0..jacobian.ncols()).collect();
-            let limit = Limit::OfOrderOne(dof::OPEN);
-            if Decomposition::new(jacobian, &columns, limit).rank() < columns.len() {
+            let columns = jacobian.ncols();
+            if dof::decompose(jacobian).rank() < columns {
                 return false;
             }
         }

@@ -13,7 +13,7 @@ use super::metric::Metric;
 use super::reference::{Given, Reference};
 use super::report::{FAR, NEARLY_AS_NEAR};
 use super::ties::TIE;
-use crate::linalg::{Decomposition, Limit, SparseMatrix};
+use crate::linalg::SparseMatrix;
 use crate::parameters::Parameters;
 use crate::random::Random;
 use crate::spatial::Mat3;
@@ -364,8 +364,7 @@ impl Assembly {
         let all = self.kinematics.scaled_matrix(&self.model.constraints, &rows, &columns);
         let of_loops = all.entries().filter(|(row, ..)| *row < closures);
         let scaled = SparseMatrix::new((closures, dofs), of_loops);
-        let groups: Vec<usize> = (0..dofs).collect();
-        let rank = Decomposition::new(scaled, &groups, Limit::OfOrderOne(dof::OPEN)).rank();
+        let rank = dof::decompose(scaled).rank();
         let (prescribed, mobility) = (self.model.constraints.coordinates().len(), dofs - rank);
         (prescribed > mobility).then_some((prescribed, mobility))
     }
