@@ -411,7 +411,7 @@ impl<'a> Loops<'a> {
         }
         // Along each open direction, the random steps have similar components on average.
         let each = (left.len() as f64 / open.len() as f64).sqrt();
-        let spread = Svd::new(&DMatrix::from_columns(&left).transpose());
+        let spread = Svd::new(&DMatrix::from_columns(&left));
         let limit = MOVES * each;
         let counted = spread.singular_values.iter().filter(|&&value| value > limit).count();
         // If the radius of curvature of a path is comparable to the step, the curvature adds a
