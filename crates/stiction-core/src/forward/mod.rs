@@ -149,13 +149,7 @@ impl Forward {
     /// [`Mechanism::actuators`], of actuators whose coordinate is a given function of time; all
     /// other actuators exert efforts. Indices without an actuator are ignored.
     pub fn new(mechanism: Mechanism, prescribed: &[usize]) -> Self {
-        let model = Self::with_tree(mechanism, TreeRule::Structure, prescribed);
-        match TreeRule::suited_to(&model.topology) {
-            TreeRule::Held if model.closures.is_some() => {
-                Self::with_tree(model.mechanism, TreeRule::Held, prescribed).made_sparse()
-            }
-            _ => model,
-        }
+        Self::with_tree(mechanism, TreeRule::Structure, prescribed)
     }
 
     /// Creates the model like [`Self::new`], with a spanning tree selected by `rule`.
@@ -164,7 +158,7 @@ impl Forward {
         let simulated = with_shafts.as_ref().map_or(&mechanism, |(simulated, _)| simulated);
         let rotors = Rotor::all(simulated);
         let topology = Arc::new(Topology::with_tree(simulated, rule));
-        let is_large = topology.dofs() >= SPARSE;
+        let is_large = topology.is_held() || topology.dofs() >= SPARSE;
         let mut parameters = Parameters::new(simulated);
         parameters.interfaces.extend(shaft_friction(simulated));
         let columns = column_scales(&topology, parameters.length);
@@ -186,13 +180,6 @@ impl Forward {
             model.solve_sparsely();
         }
         model
-    }
-
-    /// Uses the sparse solver, also if a tree with fewer DOFs than that of the first choice has too
-    /// few for the automatic choice.
-    fn made_sparse(mut self) -> Self {
-        self.solve_sparsely();
-        self
     }
 
     /// Forces the use of the sparse solver for any number of DOFs. Has no effect on mechanisms with

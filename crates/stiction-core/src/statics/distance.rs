@@ -232,8 +232,9 @@ fn zero_or(decomposition: &Decomposition, index: usize) -> f64 {
 /// Lists the rows of the balance that belong to bodies between hubs: bodies with fewer than three
 /// joints.
 pub(super) fn of_legs(system: &NewtonEuler) -> Vec<usize> {
+    let joints = system.joints_at_bodies();
     (0..system.matrix.nrows() / 6)
-        .filter(|&body| system.joints_at(body + 1) < HUB)
+        .filter(|&body| joints[body + 1] < HUB)
         .flat_map(|body| 6 * body..6 * body + 6)
         .collect()
 }

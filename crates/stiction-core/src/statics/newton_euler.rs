@@ -152,9 +152,14 @@ impl NewtonEuler {
         self.com[body]
     }
 
-    /// Number of joints attached to a body.
-    pub fn joints_at(&self, body: usize) -> usize {
-        self.ends.iter().filter(|(a, b)| *a == body || *b == body).count()
+    /// Number of joints attached to each body.
+    pub fn joints_at_bodies(&self) -> Vec<usize> {
+        let mut counts = vec![0; self.com.len()];
+        for &(predecessor, successor) in &self.ends {
+            counts[predecessor] += 1;
+            counts[successor] += 1;
+        }
+        counts
     }
 
     /// Adds a joint's wrench to `rows`, the equations of all bodies: `wrench` acts on the joint's

@@ -124,10 +124,10 @@ impl Statics {
         let size = |body: usize| part(body, 0).norm().max(part(body, 3).norm() * self.length());
         // Prefer a body with many joints and considerable motion: a platform.
         let most = (1..=bodies).map(size).fold(0.0, f64::max);
-        let joints = |body: usize| self.system().joints_at(body);
+        let joints = self.system().joints_at_bodies();
         let body = (1..=bodies)
             .filter(|&body| size(body) > 0.2 * most)
-            .max_by(|&a, &b| joints(a).cmp(&joints(b)).then(size(a).total_cmp(&size(b))))
+            .max_by(|&a, &b| joints[a].cmp(&joints[b]).then(size(a).total_cmp(&size(b))))
             .unwrap_or(1);
         let (moves, turns_by) = (part(body, 0).norm(), part(body, 3).norm());
         let turns = turns_by * self.length() > 1e-6 * moves;

@@ -21,29 +21,21 @@ use graph::Spanning;
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TreeRule {
-    /// Tree derived from the structure of the mechanism, for fast computation.
+    /// Tree derived from the structure of the mechanism, for fast computation: bodies at which at
+    /// least three chains meet float, unless the tree would have 60 or more degrees of freedom. It
+    /// is then [`Self::Held`].
     Structure,
-    /// Tree like [`Self::Structure`] in which bodies do not float if one chain can hold them. The
-    /// tree has fewer degrees of freedom and cut joints, and thin rods without inertia about their
-    /// axis do not float.
+    /// Tree in which bodies do not float if one chain can hold them. The tree has fewer degrees of
+    /// freedom and cut joints, and thin rods without inertia about their axis do not float.
     Held,
     /// Random tree with random floating bodies, computed from this seed. Serves to test that
     /// results do not depend on the choice of the tree.
     Random(u64),
 }
 
-/// Number of DOFs of the tree [`TreeRule::Structure`] from which the tree [`TreeRule::Held`] is
-/// more suitable. Floating bodies turn about the reference point, which may be far away in a large
-/// mechanism.
+/// Number of DOFs of a tree with floating hubs from which [`TreeRule::Structure`] holds the bodies.
+/// Floating bodies turn about the reference point, which may be far away in a large mechanism.
 const HELD: usize = 60;
-
-impl TreeRule {
-    /// Returns the rule for a mechanism with the topology `structure` by the rule
-    /// [`Self::Structure`].
-    pub(crate) fn suited_to(structure: &Topology) -> Self {
-        if structure.dofs() >= HELD { Self::Held } else { Self::Structure }
-    }
-}
 
 /// Immutable compiled joint graph of a mechanism: spanning tree, cut joints, and order of
 /// computation.
@@ -74,6 +66,7 @@ pub struct Topology {
     /// Rigid gearings. Their joints are in the spanning tree, so each gearing is an equation
     /// between coordinates of the tree.
     pub(crate) gearings: Vec<GearedDofs>,
+    is_held: bool,
 }
 
 /// Degrees of freedom of a gearing, given by their indices in the spanning tree.
@@ -209,7 +202,18 @@ impl Topology {
             TreeRule::Held => Spanning::by_structure(bodies, &ends, costs, holds),
             TreeRule::Random(seed) => Spanning::random(bodies, &ends, &keep, seed),
         };
-        Self::compile(mechanism, ends, &spanning)
+        let topology = Self::compile(mechanism, ends, &spanning);
+        match rule {
+            TreeRule::Structure if topology.dofs() >= HELD => {
+                Self::with_tree(mechanism, TreeRule::Held)
+            }
+            _ => Self { is_held: rule == TreeRule::Held, ..topology },
+        }
+    }
+
+    /// Returns true if bodies are held by [`TreeRule::Held`].
+    pub(crate) fn is_held(&self) -> bool {
+        self.is_held
     }
 
     /// Compiles the joint graph with a given spanning tree: all bodies except the ground, parents
@@ -238,6 +242,7 @@ impl Topology {
                 .collect(),
             cut_actuators: Vec::new(),
             gearings: Vec::new(),
+            is_held: false,
         };
         for placement in &spanning.order {
             topology.place(placement);

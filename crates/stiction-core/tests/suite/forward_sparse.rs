@@ -3,6 +3,7 @@
 
 use crate::common::random::*;
 use crate::common::{along, diagonal, friction, v};
+use stiction_core::dynamics::InverseDynamics;
 use stiction_core::forward::{ConstantEfforts, Forward, Instant, Settings, Simulation};
 use stiction_core::joint::JointType;
 use stiction_core::kinematics::{Coordinate, State, Target};
@@ -192,17 +193,50 @@ fn chains_agree_with_the_dense_solution() {
     }
 }
 
+/// Poses of the couplers of [`row`] if all cranks are vertical.
+fn poses_of_row(mechanism: &Mechanism, count: usize) -> Vec<(BodyId, Pose<f64>)> {
+    (1..=count)
+        .map(|k| {
+            let body = mechanism.bodies().iter().position(|b| b.name == format!("k{k}"));
+            let pose = Pose::at(v(k as f64 - 1.0, 0.0, 0.2));
+            (BodyId(body.unwrap()), pose)
+        })
+        .collect()
+}
+
+/// The distances between far joints on the ground do not count: the length of a long row is that
+/// of its loops, and its smallest singular values are above the limits of zero.
+#[test]
+fn long_rows_have_the_length_of_their_loops() {
+    let [short, long] = [20, 400].map(|count| row(count).characteristic_length());
+    assert!((0.5..2.0).contains(&short) && (long / short - 1.0).abs() < 0.1, "{short} {long}");
+}
+
+/// States of inverse dynamics fit the model of forward dynamics also where the bodies of large
+/// mechanisms do not float.
+#[test]
+fn states_of_inverse_dynamics_fit_long_rows() {
+    for count in [2, 20] {
+        let mechanism = row(count);
+        let poses = poses_of_row(&mechanism, count);
+        let crank = [Coordinate::Joint { joint: JointId(0), dof: 0 }];
+        let settings = stiction_core::dynamics::Settings::default();
+        let targets = [target(0.3, 1.7)];
+        let solver =
+            InverseDynamics::new(mechanism.clone(), &poses, &crank, &targets, settings).unwrap();
+        let model = Forward::new(mechanism, &[]);
+        let (state, bodies) = (solver.state(), solver.bodies());
+        let motion = model.joint_motion(state, bodies, JointId(3 * count - 2), 0);
+        assert!((motion.value - 0.3).abs() < 1e-12 && (motion.rate - 1.7).abs() < 1e-12, "{count}");
+        assert!(model.closure_error(bodies, state) < 1e-12, "{count}");
+    }
+}
+
 #[test]
 fn rows_of_loops_agree_with_the_dense_solution() {
     for count in [1, 2, 6] {
         let mechanism = row(count);
-        let poses: Vec<_> = (1..=count)
-            .map(|k| {
-                let body = mechanism.bodies().iter().position(|b| b.name == format!("k{k}"));
-                let pose = Pose::at(v(k as f64 - 1.0, 0.0, 0.2));
-                (BodyId(body.unwrap()), pose)
-            })
-            .collect();
+        let poses = poses_of_row(&mechanism, count);
         let crank = [Coordinate::Joint { joint: JointId(0), dof: 0 }];
         let start = |model: &Forward| model.assemble(&poses, &crank, &[target(0.3, 1.7)]).ok();
         let done = both(&mechanism, &[], start, |a, b| assert_rows_agree(a, b, count, 0.3));

@@ -146,7 +146,7 @@ impl InverseDynamics {
         targets: &[Target<f64>],
         settings: Settings,
     ) -> Result<Self, AssemblyError> {
-        let rule = TreeRule::suited_to(&Topology::new(&mechanism));
+        let rule = TreeRule::Structure;
         Self::with_tree(mechanism, rule, initial_poses, coordinates, targets, settings)
     }
 
