@@ -107,8 +107,7 @@ pub(in crate::dynamics) fn bound_efforts(
     coupling.responses(inverse, model, parameters, at.bodies, true);
     let responses = coupling.known_responses();
     let influences = Influences::new(responses, parameters);
-    let map =
-        FrictionMap::new(inverse, (responses, &influences), parameters, at.bodies, settings);
+    let map = FrictionMap::new(inverse, (responses, &influences), parameters, at.bodies, settings);
     let couplings = map.couplings();
     let changes = outer_changes(&map, &couplings, forces.efforts.len());
     let goals: Vec<Goal> = (0..forces.efforts.len())

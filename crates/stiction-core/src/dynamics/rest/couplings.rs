@@ -22,6 +22,13 @@ pub(super) struct Couplings {
     radius: OnceCell<f64>,
 }
 
+/// Influence of a friction force on a friction limit that counts as round-off.
+const ROUND_OFF: f64 = 1e-14;
+/// Number of interfaces from which systems are solved by iteration, because the cost of elimination
+/// grows with the cube of this number.
+const LARGE: usize = 65;
+/// Largest number of iterations for such systems; each of them needs two matrix products.
+const ITERATIONS: usize = 60;
 /// Largest number of fixed-point steps. If more steps are needed, a direct solution is faster.
 const STEPS: usize = 16;
 
@@ -41,9 +48,8 @@ impl Couplings {
     /// Returns the bounds for a selection of the interfaces, see [`FrictionMap::restricted`].
     pub(super) fn restricted(&self, map: &FrictionMap<'_>, interfaces: &[usize]) -> Self {
         let entries = interfaces.iter().enumerate().flat_map(|(column, &owner)| {
-            let of_row = move |(row, bound)| {
-                Some((interfaces.binary_search(&row).ok()?, column, bound))
-            };
+            let of_row =
+                move |(row, bound)| Some((interfaces.binary_search(&row).ok()?, column, bound));
             self.bounds.column(owner).filter_map(of_row)
         });
         let count = interfaces.len();
@@ -76,8 +82,14 @@ impl Couplings {
     }
 
     /// Returns groups of interfaces. The friction of a group influences no friction limit of an
-    /// earlier group.
-    pub(super) fn blocks(&self) -> &[Vec<usize>] {
+    /// earlier group, except for round-off.
+    pub(super) fn groups(&self) -> Vec<Vec<usize>> {
+        let size = (self.of_limits.nrows(), self.of_limits.ncols());
+        let entries = self.of_limits.entries().filter(|(.., entry)| !(*entry <= ROUND_OFF));
+        triangular_blocks(&SparseMatrix::new(size, entries))
+    }
+
+    fn blocks(&self) -> &[Vec<usize>] {
         self.blocks.get_or_init(|| triangular_blocks(&self.of_limits))
     }
 
@@ -113,7 +125,58 @@ impl Couplings {
                 return Some(solution);
             }
         }
+        if constants.len() >= LARGE
+            && let Some(solution) = self.iterate(part, constants, solution)
+        {
+            return Some(solution);
+        }
         self.solve(part, constants)
+    }
+
+    /// Solves `x = constants + part M x` from the starting point `x` by the stabilised
+    /// biconjugate gradient method (van der Vorst 1992). It converges fast even close to the
+    /// largest possible `part`, where only one eigenvalue of the system is small. `None` if the
+    /// residual does not decrease to round-off.
+    fn iterate(&self, part: f64, constants: &[f64], mut x: Vec<f64>) -> Option<Vec<f64>> {
+        let apply = |x: &[f64]| -> Vec<f64> {
+            self.of_limits.times(x).iter().zip(x).map(|(product, x)| x - part * product).collect()
+        };
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let largest = |x: &[f64]| x.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
+        let residual = |x: &[f64]| -> Vec<f64> {
+            constants.iter().zip(apply(x)).map(|(constant, own)| constant - own).collect()
+        };
+        let mut left = residual(&x);
+        let shadow = left.clone();
+        let mut direction = left.clone();
+        let mut product = dot(&shadow, &left);
+        for _ in 0..ITERATIONS {
+            let moved = apply(&direction);
+            let alpha = product / dot(&shadow, &moved);
+            left.iter_mut().zip(&moved).for_each(|(left, moved)| *left -= alpha * moved);
+            let turned = apply(&left);
+            let omega = dot(&turned, &left) / dot(&turned, &turned).max(f64::MIN_POSITIVE);
+            for ((x, direction), left) in x.iter_mut().zip(&direction).zip(&left) {
+                *x += alpha * direction + omega * left;
+            }
+            left.iter_mut().zip(&turned).for_each(|(left, turned)| *left -= omega * turned);
+            let limit = 4.0 * f64::EPSILON * largest(&x);
+            if !limit.is_finite() {
+                return None;
+            }
+            if largest(&left) <= limit {
+                // Rounding errors separate the residual of the recursion from the true one.
+                let left = residual(&x);
+                return (left.iter().all(|left| left.abs() <= 4.0 * limit)).then_some(x);
+            }
+            let next = dot(&shadow, &left);
+            let beta = next / product * (alpha / omega);
+            for ((direction, left), moved) in direction.iter_mut().zip(&left).zip(&moved) {
+                *direction = left + beta * (*direction - omega * moved);
+            }
+            product = next;
+        }
+        None
     }
 
     /// Solves `x = constants + part M x` by elimination in the diagonal blocks of `M`.

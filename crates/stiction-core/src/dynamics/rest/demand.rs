@@ -143,6 +143,25 @@ impl Demand {
     ///
     /// Each interface has a weight for forward and one for backward friction.
     pub(super) fn share(&self, map: &FrictionMap<'_>, weights: &[[f64; 2]]) -> Option<Share> {
+        self.share_until(map, weights, |_, _| false)
+    }
+
+    /// Returns true if every distribution of friction has an interface whose friction exceeds its
+    /// weight, see [`Self::share`].
+    pub(super) fn exceeds(&self, map: &FrictionMap<'_>, weights: &[[f64; 2]]) -> bool {
+        // Either bound of the optimum may decide long before the bounds agree.
+        let decided = |least, attained| least > 1.0 || attained <= 1.0;
+        self.share_until(map, weights, decided).is_some_and(|share| share.least > 1.0)
+    }
+
+    /// Distributes friction as [`Self::share`]. Stops as soon as `is_enough` returns true for the
+    /// lower bound of the optimum and for the smallest ratio found.
+    fn share_until(
+        &self,
+        map: &FrictionMap<'_>,
+        weights: &[[f64; 2]],
+        is_enough: impl Fn(f64, f64) -> bool,
+    ) -> Option<Share> {
         if self.slopes.nrows() == 1 {
             return self.share_of_one(map, weights);
         }
@@ -190,7 +209,7 @@ impl Demand {
                 _ => best = Some(Share { frictions, least }),
             }
             attained = attained.min(part);
-            if attained - least <= 1e-12 * least {
+            if attained - least <= 1e-12 * least || is_enough(least, attained) {
                 break;
             }
             let largest = speeds.iter().copied().fold(0.0, f64::max);
@@ -209,16 +228,23 @@ impl Demand {
         let rates: Vec<f64> = self.slopes.iter().map(|slope| slope * missing.signum()).collect();
         let own = of_sign(map, &rates, weights);
         let speeds = map.sizes(&rates);
-        let spent: f64 = speeds.iter().zip(&own).map(|(speed, weight)| speed * weight).sum();
-        let least = missing.abs() / spent;
-        if !least.is_finite() {
+        // Round-off in the slopes of interfaces without influence must not cause friction there.
+        let negligible = NOTHING * speeds.iter().copied().fold(0.0, f64::max);
+        let (mut spent, mut spent_by_round_off) = (0.0, 0.0);
+        for (speed, weight) in speeds.iter().zip(&own) {
+            let by = if *speed > negligible { &mut spent } else { &mut spent_by_round_off };
+            *by += speed * weight;
+        }
+        let part = missing.abs() / spent;
+        if !part.is_finite() {
             return None;
         }
         let friction = |(rate, owner): (&f64, usize)| match speeds[owner] {
-            speed if speed > 0.0 => least * own[owner] * (rate / speed),
+            speed if speed > negligible => part * own[owner] * (rate / speed),
             _ => 0.0,
         };
-        Some(Share { frictions: rates.iter().zip(map.owners()).map(friction).collect(), least })
+        let frictions = rates.iter().zip(map.owners()).map(friction).collect();
+        Some(Share { frictions, least: missing.abs() / (spent + spent_by_round_off) })
     }
 }
 
@@ -244,4 +270,3 @@ pub(super) fn ratio(sizes: &[f64], weights: &[f64]) -> f64 {
     });
     each.fold(0.0, f64::max)
 }
-

@@ -69,7 +69,8 @@ pub(super) fn hold(
         if group.iter().all(|equation| equation.missing == 0.0) {
             continue;
         }
-        let reach: BTreeSet<usize> = group.iter().flat_map(|own| own.reach.iter().copied()).collect();
+        let reach: BTreeSet<usize> =
+            group.iter().flat_map(|own| own.reach.iter().copied()).collect();
         if reach.is_empty() {
             // No friction influences these equations.
             let lost = group.iter().any(|own| own.missing.abs() > NOTHING * size);
@@ -242,7 +243,7 @@ fn greatest_insufficient(
         }
         match demand.borne_by(map, &greatest) {
             None => true,
-            Some(borne) => borne.share(map, &greatest).is_some_and(|share| share.least > 1.0),
+            Some(borne) => borne.exceeds(map, &greatest),
         }
     };
     let (mut low, mut high) = (0.0, most.min(MOST));

@@ -87,7 +87,6 @@ pub(super) fn examine(
         .map(|interface| StaticFriction { interface, direction: [0.0; 3], fixed: false })
         .collect();
     let Position { model, parameters, settings, .. } = position;
-    coupling.leave();
     let bodies = &position.kinematics.bodies;
     let responses = coupling.responses(inverse, model, parameters, bodies, true);
     let influences = Influences::new(responses, parameters);
@@ -113,8 +112,7 @@ pub(super) fn examine(
     resolve(inverse, &mut position);
 
     let bodies = &position.kinematics.bodies;
-    let map =
-        FrictionMap::new(inverse, (responses, &influences), parameters, bodies, settings);
+    let map = FrictionMap::new(inverse, (responses, &influences), parameters, bodies, settings);
     let efforts: Vec<(usize, f64, f64)> = inverse
         .efforts()
         .iter()
@@ -144,9 +142,5 @@ pub(super) fn examine(
     let hold = |efforts: &[Equation]| {
         holding::hold(&map, &couplings, &efforts.iter().chain(&spins).collect::<Vec<_>>())
     };
-    Rest {
-        breakaway,
-        alone: efforts.chunks(1).map(hold).collect(),
-        unpowered: hold(&efforts),
-    }
+    Rest { breakaway, alone: efforts.chunks(1).map(hold).collect(), unpowered: hold(&efforts) }
 }

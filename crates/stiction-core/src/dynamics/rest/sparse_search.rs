@@ -26,7 +26,7 @@ pub(super) struct SparseSearch<'a> {
     inverse: &'a Inverse<f64>,
     topology: &'a Topology,
     settings: &'a Settings,
-    /// Group of each interface in [`Couplings::blocks`].
+    /// Group of each interface in [`Couplings::groups`].
     group_of: Vec<usize>,
     friction: RegionFriction<'a>,
     loads: TriangularLoads,
@@ -75,8 +75,8 @@ impl RegionFriction<'_> {
             change += *self.responses.block(block, joint) * self.amounts[block];
         }
         let sum = |x: Four| (x.0[0] + x.0[1]) + (x.0[2] + x.0[3]);
-        let [force, moment] = [change.force, change.moment]
-            .map(|v| Vec3::new(sum(v.x), sum(v.y), sum(v.z)));
+        let [force, moment] =
+            [change.force, change.moment].map(|v| Vec3::new(sum(v.x), sum(v.y), sum(v.z)));
         self.frictionless.0[joint] + Wrench { force, moment }
     }
 
@@ -148,7 +148,7 @@ impl<'a> SparseSearch<'a> {
         let states = inverse.interfaces();
         let blocks = vec![Four::zero(); responses.len().div_ceil(WIDTH)];
         let mut group_of = vec![0; states.len()];
-        for (group, members) in couplings.blocks().iter().enumerate() {
+        for (group, members) in couplings.groups().iter().enumerate() {
             members.iter().for_each(|member| group_of[*member] = group);
         }
         let friction = RegionFriction {
@@ -318,7 +318,8 @@ impl<'a> SparseSearch<'a> {
                 powers[k / WIDTH] = Four::zero();
             }
         }
-        for ((&interface, gradient), weight) in unknowns.iter().zip(loads.gradients()).zip(&*weights)
+        for ((&interface, gradient), weight) in
+            unknowns.iter().zip(loads.gradients()).zip(&*weights)
         {
             let (joint, gain) = (friction.at.joint(interface), *gradient * *weight);
             for &block in friction.influences.at(interface) {
