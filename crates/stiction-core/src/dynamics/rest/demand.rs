@@ -149,6 +149,13 @@ impl Demand {
     /// Returns true if every distribution of friction has an interface whose friction exceeds its
     /// weight, see [`Self::share`].
     pub(super) fn exceeds(&self, map: &FrictionMap<'_>, weights: &[[f64; 2]]) -> bool {
+        if self.slopes.nrows() == 1 {
+            // A single equation determines the motion up to a factor.
+            let missing = self.missing[0];
+            let rates: Vec<f64> = self.slopes.iter().map(|x| x * missing.signum()).collect();
+            let spent = dot(&map.sizes(&rates), &of_sign(map, &rates, weights));
+            return spent > 0.0 && missing.abs() > spent;
+        }
         // Either bound of the optimum may decide long before the bounds agree.
         let decided = |least, attained| least > 1.0 || attained <= 1.0;
         self.share_until(map, weights, decided).is_some_and(|share| share.least > 1.0)
@@ -162,51 +169,59 @@ impl Demand {
         weights: &[[f64; 2]],
         is_enough: impl Fn(f64, f64) -> bool,
     ) -> Option<Share> {
-        if self.slopes.nrows() == 1 {
-            return self.share_of_one(map, weights);
+        let (rows, count) = self.slopes.shape();
+        if rows == 0 {
+            return None;
         }
+        let columns = self.slopes.as_slice().chunks_exact(rows);
         let owners: Vec<usize> = map.owners().collect();
+        let (mut rates, mut frictions) = (vec![0.0; count], vec![0.0; count]);
         let mut best: Option<Share> = None;
         let mut attained = f64::INFINITY;
         let mut factors: Vec<f64> =
             owners.iter().map(|&owner| weights[owner][0].max(weights[owner][1])).collect();
         let mut sharp = 1.0;
         for _ in 0..STEPS {
-            let mut scaled = self.slopes.clone();
-            for (mut column, factor) in scaled.column_iter_mut().zip(&factors) {
-                column *= *factor;
+            let mut gram = DMatrix::zeros(rows, rows);
+            for (column, factor) in columns.clone().zip(&factors) {
+                for (sums, x) in gram.as_mut_slice().chunks_exact_mut(rows).zip(column) {
+                    let scaled = x * factor;
+                    sums.iter_mut().zip(column).for_each(|(sum, y)| *sum += scaled * y);
+                }
             }
-            let gram = (&scaled * self.slopes.transpose()).lu();
+            let gram = gram.lu();
             let Some(motion) = gram.solve(&self.missing) else { break };
             let power = motion.dot(&self.missing);
             if !(power > 0.0 && power.is_finite()) {
                 break;
             }
-            let rates = self.slopes.tr_mul(&motion);
-            let mut frictions = scaled.tr_mul(&motion);
+            for (k, column) in columns.clone().enumerate() {
+                rates[k] = dot(column, motion.as_slice());
+                frictions[k] = factors[k] * rates[k];
+            }
             // Near convergence the factors differ by many orders of magnitude; iterative refinement
             // removes the round-off.
             for _ in 0..REFINEMENTS {
-                let left = &self.missing - &self.slopes * &frictions;
-                if let Some(correction) = gram.solve(&left) {
-                    frictions += scaled.tr_mul(&correction);
+                if let Some(correction) = gram.solve(&self.residual(&frictions)) {
+                    for (k, column) in columns.clone().enumerate() {
+                        frictions[k] += factors[k] * dot(column, correction.as_slice());
+                    }
                 }
             }
-            let left = (&self.missing - &self.slopes * &frictions).norm();
+            let left = self.residual(&frictions).norm();
             if left.is_nan() || left > MET * self.missing.norm() {
                 break;
             }
-            let frictions: Vec<f64> = frictions.iter().copied().collect();
             // Friction has the sign of the sliding rate.
-            let own = of_sign(map, rates.as_slice(), weights);
-            let speeds = map.sizes(rates.as_slice());
+            let own = of_sign(map, &rates, weights);
+            let speeds = map.sizes(&rates);
             let spent: f64 = speeds.iter().zip(&own).map(|(speed, weight)| speed * weight).sum();
             let known = best.as_ref().map_or(0.0, |share| share.least);
             let least = known.max(power / spent);
             let part = ratio(&map.sizes(&frictions), &own);
             match &mut best {
                 Some(share) if part >= attained => share.least = least,
-                _ => best = Some(Share { frictions, least }),
+                _ => best = Some(Share { frictions: frictions.clone(), least }),
             }
             attained = attained.min(part);
             if attained - least <= 1e-12 * least || is_enough(least, attained) {
@@ -221,31 +236,19 @@ impl Demand {
         best
     }
 
-    /// Distributes friction as [`Self::share`] for a single equation, which determines the motion up
-    /// to a factor: all interfaces exert the same fraction of their weights against this motion.
-    fn share_of_one(&self, map: &FrictionMap<'_>, weights: &[[f64; 2]]) -> Option<Share> {
-        let missing = self.missing[0];
-        let rates: Vec<f64> = self.slopes.iter().map(|slope| slope * missing.signum()).collect();
-        let own = of_sign(map, &rates, weights);
-        let speeds = map.sizes(&rates);
-        // Round-off in the slopes of interfaces without influence must not cause friction there.
-        let negligible = NOTHING * speeds.iter().copied().fold(0.0, f64::max);
-        let (mut spent, mut spent_by_round_off) = (0.0, 0.0);
-        for (speed, weight) in speeds.iter().zip(&own) {
-            let by = if *speed > negligible { &mut spent } else { &mut spent_by_round_off };
-            *by += speed * weight;
+    /// Returns the part of the right-hand sides that the given friction does not satisfy.
+    fn residual(&self, frictions: &[f64]) -> DVector<f64> {
+        let mut left = self.missing.clone();
+        let columns = self.slopes.as_slice().chunks_exact(left.len().max(1));
+        for (column, friction) in columns.zip(frictions) {
+            left.iter_mut().zip(column).for_each(|(left, slope)| *left -= slope * friction);
         }
-        let part = missing.abs() / spent;
-        if !part.is_finite() {
-            return None;
-        }
-        let friction = |(rate, owner): (&f64, usize)| match speeds[owner] {
-            speed if speed > negligible => part * own[owner] * (rate / speed),
-            _ => 0.0,
-        };
-        let frictions = rates.iter().zip(map.owners()).map(friction).collect();
-        Some(Share { frictions, least: missing.abs() / (spent + spent_by_round_off) })
+        left
     }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Selects, for each interface, the value for forward or for backward friction, according to the
