@@ -153,7 +153,8 @@ impl Demand {
             // A single equation determines the motion up to a factor.
             let missing = self.missing[0];
             let rates: Vec<f64> = self.slopes.iter().map(|x| x * missing.signum()).collect();
-            let spent = dot(&map.sizes(&rates), &of_sign(map, &rates, weights));
+            let own = of_sign(map, &rates, weights);
+            let spent: f64 = map.sizes(&rates).iter().zip(&own).map(|(x, own)| x * own).sum();
             return spent > 0.0 && missing.abs() > spent;
         }
         // Either bound of the optimum may decide long before the bounds agree.
@@ -169,59 +170,51 @@ impl Demand {
         weights: &[[f64; 2]],
         is_enough: impl Fn(f64, f64) -> bool,
     ) -> Option<Share> {
-        let (rows, count) = self.slopes.shape();
-        if rows == 0 {
-            return None;
-        }
-        let columns = self.slopes.as_slice().chunks_exact(rows);
         let owners: Vec<usize> = map.owners().collect();
-        let (mut rates, mut frictions) = (vec![0.0; count], vec![0.0; count]);
+        let transposed = self.slopes.transpose();
+        let mut scaled = self.slopes.clone();
+        let (mut rates, mut frictions) =
+            (DVector::zeros(owners.len()), DVector::zeros(owners.len()));
         let mut best: Option<Share> = None;
         let mut attained = f64::INFINITY;
         let mut factors: Vec<f64> =
             owners.iter().map(|&owner| weights[owner][0].max(weights[owner][1])).collect();
         let mut sharp = 1.0;
         for _ in 0..STEPS {
-            let mut gram = DMatrix::zeros(rows, rows);
-            for (column, factor) in columns.clone().zip(&factors) {
-                for (sums, x) in gram.as_mut_slice().chunks_exact_mut(rows).zip(column) {
-                    let scaled = x * factor;
-                    sums.iter_mut().zip(column).for_each(|(sum, y)| *sum += scaled * y);
-                }
+            scaled.copy_from(&self.slopes);
+            for (mut column, factor) in scaled.column_iter_mut().zip(&factors) {
+                column *= *factor;
             }
-            let gram = gram.lu();
+            let gram = (&scaled * &transposed).lu();
             let Some(motion) = gram.solve(&self.missing) else { break };
             let power = motion.dot(&self.missing);
             if !(power > 0.0 && power.is_finite()) {
                 break;
             }
-            for (k, column) in columns.clone().enumerate() {
-                rates[k] = dot(column, motion.as_slice());
-                frictions[k] = factors[k] * rates[k];
-            }
+            rates.gemv_tr(1.0, &self.slopes, &motion, 0.0);
+            frictions.gemv_tr(1.0, &scaled, &motion, 0.0);
             // Near convergence the factors differ by many orders of magnitude; iterative refinement
             // removes the round-off.
             for _ in 0..REFINEMENTS {
-                if let Some(correction) = gram.solve(&self.residual(&frictions)) {
-                    for (k, column) in columns.clone().enumerate() {
-                        frictions[k] += factors[k] * dot(column, correction.as_slice());
-                    }
+                let left = &self.missing - &self.slopes * &frictions;
+                if let Some(correction) = gram.solve(&left) {
+                    frictions.gemv_tr(1.0, &scaled, &correction, 1.0);
                 }
             }
-            let left = self.residual(&frictions).norm();
+            let left = (&self.missing - &self.slopes * &frictions).norm();
             if left.is_nan() || left > MET * self.missing.norm() {
                 break;
             }
             // Friction has the sign of the sliding rate.
-            let own = of_sign(map, &rates, weights);
-            let speeds = map.sizes(&rates);
+            let own = of_sign(map, rates.as_slice(), weights);
+            let speeds = map.sizes(rates.as_slice());
             let spent: f64 = speeds.iter().zip(&own).map(|(speed, weight)| speed * weight).sum();
             let known = best.as_ref().map_or(0.0, |share| share.least);
             let least = known.max(power / spent);
-            let part = ratio(&map.sizes(&frictions), &own);
+            let part = ratio(&map.sizes(frictions.as_slice()), &own);
             match &mut best {
                 Some(share) if part >= attained => share.least = least,
-                _ => best = Some(Share { frictions: frictions.clone(), least }),
+                _ => best = Some(Share { frictions: frictions.as_slice().to_vec(), least }),
             }
             attained = attained.min(part);
             if attained - least <= 1e-12 * least || is_enough(least, attained) {
@@ -235,20 +228,6 @@ impl Demand {
         }
         best
     }
-
-    /// Returns the part of the right-hand sides that the given friction does not satisfy.
-    fn residual(&self, frictions: &[f64]) -> DVector<f64> {
-        let mut left = self.missing.clone();
-        let columns = self.slopes.as_slice().chunks_exact(left.len().max(1));
-        for (column, friction) in columns.zip(frictions) {
-            left.iter_mut().zip(column).for_each(|(left, slope)| *left -= slope * friction);
-        }
-        left
-    }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Selects, for each interface, the value for forward or for backward friction, according to the
