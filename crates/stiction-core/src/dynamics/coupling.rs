@@ -57,7 +57,7 @@ impl Acting {
         Self { resistance: reversed.resistance, sense: reversed.sense, parts }
     }
 
-    fn is_coupled(&self) -> bool {
+    pub(super) fn is_coupled(&self) -> bool {
         self.resistance.coefficient > 0.0 && self.parts != [0.0; 3]
     }
 }
@@ -228,6 +228,16 @@ impl FrictionCoupling {
             (self.is_current, self.is_stored) = (true, with_wrenches);
         }
         &self.responses
+    }
+
+    /// Returns the responses of the last [`Self::responses`].
+    pub(super) fn known_responses(&self) -> &Responses {
+        &self.responses
+    }
+
+    /// Returns the joint wrenches and the actuator efforts without friction.
+    pub(super) fn frictionless(&self) -> (&[Wrench<f64>], &[f64]) {
+        (&self.wrenches, &self.efforts)
     }
 
     /// Computes the responses to unit friction forces, and returns the bound on the coupling of

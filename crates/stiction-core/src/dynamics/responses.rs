@@ -222,6 +222,44 @@ impl Responses {
     }
 }
 
+/// Blocks of friction components that change the wrench at each friction interface, and the blocks
+/// of the components of this interface. All other responses are exactly zero. In mechanisms with
+/// many bodies, most friction forces do not load most joints, so that computations that skip zero
+/// responses take less time.
+#[derive(Clone, Debug)]
+pub(super) struct Influences {
+    /// Index of the first entry of each interface in `blocks`, followed by the number of entries.
+    starts: Vec<usize>,
+    blocks: Vec<usize>,
+}
+
+impl Influences {
+    /// Finds the nonzero blocks in `responses`, which must contain wrenches.
+    pub(super) fn new(responses: &Responses, parameters: &Parameters<f64>) -> Self {
+        let count = responses.len().div_ceil(WIDTH);
+        let (mut starts, mut blocks) = (vec![0], Vec::new());
+        for (interface, content) in parameters.interfaces.iter().enumerate() {
+            let Range { start, end } = responses.components(interface);
+            let acts = |&block: &usize| {
+                (start / WIDTH..end.div_ceil(WIDTH)).contains(&block)
+                    || !is_zero_wrench(responses.block(block, content.joint))
+            };
+            blocks.extend((0..count).filter(acts));
+            starts.push(blocks.len());
+        }
+        Self { starts, blocks }
+    }
+
+    /// Returns the blocks that change the wrench at an interface, in ascending order.
+    pub(super) fn at(&self, interface: usize) -> &[usize] {
+        &self.blocks[self.starts[interface]..self.starts[interface + 1]]
+    }
+}
+
+fn is_zero_wrench(Wrench { force, moment }: &Wrench<Four>) -> bool {
+    is_zero(&[force.x, force.y, force.z, moment.x, moment.y, moment.z])
+}
+
 /// Returns true if all numbers are zero.
 fn is_zero(amounts: &[Four]) -> bool {
     amounts.iter().all(|amounts| amounts.0 == [0.0; WIDTH])

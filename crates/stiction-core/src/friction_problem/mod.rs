@@ -20,6 +20,7 @@
 //! | [`load_problem`] | problem with the normal loads as unknowns |
 //! | [`fixed_point`] | fixed-point iteration on the normal loads, without an influence matrix |
 //! | [`newton`] | Newton's method on the normal loads, from an initial guess |
+//! | [`triangular_loads`] | Newton's method on many normal loads in block triangular form |
 //! | [`continuation`] | solution connected with the frictionless solution, by increasing `s` from zero |
 //! | [`uniqueness`] | bound on the coupling below which the solution is unique |
 //! | [`vector_history`] | extrapolation of starting vectors from previous configurations |
@@ -39,5 +40,6 @@ pub(crate) mod newton;
 pub(crate) mod normal_load;
 pub(crate) mod small_system;
 pub(crate) mod surface_vector;
+pub(crate) mod triangular_loads;
 pub(crate) mod uniqueness;
 pub(crate) mod vector_history;

@@ -7,14 +7,14 @@ use crate::scalar::Scalar;
 use crate::spatial::Twist;
 
 /// Largest number of Newton steps from one initial guess.
-const STEPS: usize = 30;
+pub(super) const STEPS: usize = 30;
 /// The iteration has converged if the relative change of the loads in the last step is at most this
 /// value. The remaining error is about the square of this change, so it is at round-off even if the
 /// system is close to singular.
-const SETTLED: f64 = 1e-9;
+pub(super) const SETTLED: f64 = 1e-9;
 /// Once the changes no longer decrease, loads with a relative change of at most this value are
 /// accepted, because only round-off remains.
-const STAGNATED: f64 = 1e-10;
+pub(super) const STAGNATED: f64 = 1e-10;
 /// Normal loads above this multiple of the largest starting load count as unbounded.
 pub(crate) const UNBOUNDED: f64 = 1e9;
 

@@ -13,6 +13,7 @@ mod sparse;
 mod sparse_qr;
 mod static_lu;
 mod svd;
+mod triangular_blocks;
 
 pub(crate) use blocks::{
     BLOCK, Block, BlockCholesky, Part, Slot, add_outer, add_outer_products, dot,
@@ -29,3 +30,4 @@ pub(crate) use sparse_qr::{ColumnOrder, SparseQr};
 pub(crate) use static_lu::StaticLu;
 pub use svd::Svd;
 pub(crate) use svd::complement;
+pub(crate) use triangular_blocks::triangular_blocks;

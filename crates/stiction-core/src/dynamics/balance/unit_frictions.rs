@@ -149,9 +149,10 @@ impl Balance<f64> {
         for (lane, unit) in units.iter().enumerate() {
             let interface = &parameters.interfaces[unit.interface];
             if let Role::Tree { node } = topology.role[interface.joint]
-                && structure.weighting == Weighting::Determined
+                && structure.weighting != Weighting::LeastEfforts
             {
                 // Friction at a tree joint appears only in the equations of the DOFs of this joint.
+                // Without efforts in the weighting, it has no part in the optimality conditions.
                 let first = topology.nodes[node].tree_dofs.start;
                 for (&against, dof) in unit.against.iter().zip(interface.shape.dofs()) {
                     constants[first + dof].0[lane] = against;

@@ -6,11 +6,13 @@
 use super::map::FrictionMap;
 use super::outer::outer_changes;
 use super::search::Search;
+use super::sparse_search::SparseSearch;
 use crate::dynamics::continuation;
 use crate::dynamics::coupling::FrictionCoupling;
 use crate::dynamics::forces::Forces;
 use crate::dynamics::inverse::Inverse;
 use crate::dynamics::model::Model;
+use crate::dynamics::responses::Influences;
 use crate::dynamics::settings::{FrictionMode, Settings};
 use crate::friction::InterfaceShape;
 use crate::friction_problem::normal_load::Configuration;
@@ -102,9 +104,12 @@ pub(in crate::dynamics) fn bound_efforts(
         .collect();
     let Position { model, parameters, settings, .. } = position;
     let at = Configuration { parameters, bodies: &position.kinematics.bodies };
-    let responses = coupling.responses(inverse, model, parameters, at.bodies, true);
-    let map = FrictionMap::new(inverse, responses, parameters, at.bodies, settings);
-    let changes = outer_changes(&map, forces.efforts.len());
+    coupling.responses(inverse, model, parameters, at.bodies, true);
+    let responses = coupling.known_responses();
+    let influences = Influences::new(responses, parameters);
+    let map = FrictionMap::new(inverse, (responses, &influences), parameters, at.bodies, settings);
+    let couplings = map.couplings();
+    let changes = outer_changes(&map, &couplings, forces.efforts.len());
     let goals: Vec<Goal> = (0..forces.efforts.len())
         .flat_map(|actuator| [1.0, -1.0].map(|sense| (actuator, sense)))
         .map(|(actuator, sense)| Goal { actuator, sense, before: forces.efforts[actuator] })
@@ -117,14 +122,23 @@ pub(in crate::dynamics) fn bound_efforts(
     let is_weak = changes.is_some()
         && settings.friction == FrictionMode::Converged
         && !released.iter().any(is_thread);
-    let extremes: Option<Vec<Extreme>> = is_weak
-        .then(|| {
-            let topology = model.topology();
+    let topology = model.topology();
+    let is_sparse = !FrictionCoupling::stores(parameters.interfaces.len());
+    let extremes: Option<Vec<Extreme>> = match (is_weak, is_sparse) {
+        (false, _) => None,
+        (true, false) => {
             let released = &released;
             let mut search = Search { coupling, inverse, topology, at, settings, released };
             search.extremes(&goals, forces.efforts.len())
-        })
-        .flatten();
+        }
+        (true, true) => {
+            let reach = |k| map.reach(&map.slopes(k), couplings.influencing());
+            let (known, bounds) = ((&*inverse, topology), (&influences, &couplings));
+            let mut search = SparseSearch::new(coupling, known, at, settings, bounds);
+            let each = (0..forces.efforts.len()).map(|k| search.extremes(k, &reach(k), &released));
+            each.collect::<Option<Vec<_>>>().map(|each| each.into_iter().flatten().collect())
+        }
+    };
     let extremes = extremes.unwrap_or_else(|| {
         let slopes = probe(inverse, &position, &released);
         let each = goals

@@ -6,7 +6,9 @@ use super::bounds::{
     Goal, Position, StaticFriction, extreme, probe, resolve, set_static_frictions,
 };
 use crate::dynamics::inverse::Inverse;
-use crate::kinematics::{actuator_rate, body_twists};
+use crate::kinematics::{Bodies, Coordinate, actuator_rate, body_twists};
+use crate::mechanism::JointId;
+use crate::topology::Topology;
 use nalgebra::{DMatrix, DVector};
 
 /// Efforts of one actuator at which the mechanism begins to move while all other actuators are
@@ -39,29 +41,29 @@ pub(super) fn impending(position: &mut Position<'_>) -> Vec<Option<Vec<[f64; 3]>
     if model.constraints().coordinates().len() != count {
         return vec![None; count];
     }
-    let mut responses = Vec::with_capacity(count);
-    let mut matrix = DMatrix::zeros(count, count);
-    for column in 0..count {
+    let mut response = |column: usize| {
         let mut rates = vec![0.0; topology.dofs()];
         kinematics.response_to_coordinate(&model.kinematic, column, &mut rates);
-        let twists = body_twists(topology, &kinematics.bodies, &rates);
-        for (row, actuator) in topology.actuators.iter().enumerate() {
-            matrix[(row, column)] = actuator_rate(topology, &kinematics.bodies, actuator, &twists);
+        rates
+    };
+    let actuators = topology.actuators.iter();
+    let places: Option<Vec<usize>> = actuators
+        .map(|actuator| {
+            let own = Coordinate::Joint { joint: JointId(actuator.joint), dof: actuator.dof };
+            model.constraints().coordinates().iter().position(|coordinate| *coordinate == own)
+        })
+        .collect();
+    let motions: Vec<Option<Vec<f64>>> = match places {
+        // The prescribed coordinates are those of the actuators.
+        Some(places) => places.into_iter().map(|place| Some(response(place))).collect(),
+        None => {
+            let responses: Vec<Vec<f64>> = (0..count).map(response).collect();
+            motions_of_actuators(topology, &kinematics.bodies, &responses)
         }
-        responses.push(rates);
-    }
-    let factors = matrix.lu();
+    };
     let mut bodies = kinematics.bodies.clone();
-    let velocities = (0..count).map(|actuator| {
-        let unit = DVector::from_fn(count, |k, _| if k == actuator { 1.0 } else { 0.0 });
-        let amounts = factors.solve(&unit)?;
-        let mut rates = vec![0.0; topology.dofs()];
-        for (response, amount) in responses.iter().zip(amounts.iter()) {
-            rates.iter_mut().zip(response).for_each(|(rate, r)| *rate += r * amount);
-        }
-        if rates.iter().any(|rate| !rate.is_finite()) {
-            return None;
-        }
+    let velocities = motions.into_iter().map(|rates| {
+        let rates = rates.filter(|rates| rates.iter().all(|rate| rate.is_finite()))?;
         bodies.move_with(topology, &rates);
         let sliding = parameters.interfaces.iter().map(|interface| {
             bodies.surface_velocity(topology, interface, parameters.pitch[interface.joint])
@@ -71,12 +73,42 @@ pub(super) fn impending(position: &mut Position<'_>) -> Vec<Option<Vec<[f64; 3]>
     velocities.collect()
 }
 
+/// Computes, for each actuator, the rates of the spanning tree per unit rate of this actuator, with
+/// zero rates of all other actuators. `responses` contains the rates per unit rate of each
+/// prescribed coordinate. `None` if the actuators do not determine the motion.
+fn motions_of_actuators(
+    topology: &Topology,
+    bodies: &Bodies<f64>,
+    responses: &[Vec<f64>],
+) -> Vec<Option<Vec<f64>>> {
+    let count = responses.len();
+    let mut matrix = DMatrix::zeros(count, count);
+    for (column, rates) in responses.iter().enumerate() {
+        let twists = body_twists(topology, bodies, rates);
+        for (row, actuator) in topology.actuators.iter().enumerate() {
+            matrix[(row, column)] = actuator_rate(topology, bodies, actuator, &twists);
+        }
+    }
+    let factors = matrix.lu();
+    let motions = (0..count).map(|actuator| {
+        let unit = DVector::from_fn(count, |k, _| if k == actuator { 1.0 } else { 0.0 });
+        let amounts = factors.solve(&unit)?;
+        let mut rates = vec![0.0; topology.dofs()];
+        for (response, amount) in responses.iter().zip(amounts.iter()) {
+            rates.iter_mut().zip(response).for_each(|(rate, r)| *rate += r * amount);
+        }
+        Some(rates)
+    });
+    motions.collect()
+}
+
 /// Computes the breakaway efforts of one actuator from the sliding velocities in the impending
-/// motion. Changes the static friction in `inverse`.
+/// motion. `reach` lists the interfaces whose friction can change the effort of this actuator, in
+/// ascending order. Changes the static friction in `inverse`.
 pub(super) fn break_away(
     inverse: &mut Inverse<f64>,
     position: &mut Position<'_>,
-    actuator: usize,
+    (actuator, reach): (usize, &[usize]),
     velocities: &[[f64; 3]],
 ) -> Breakaway {
     let size = |v: &[f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -98,14 +130,19 @@ pub(super) fn break_away(
         if !settled {
             return (sense * f64::INFINITY, sense * f64::INFINITY);
         }
-        if frictions.iter().all(|friction| friction.fixed) {
+        let free: Vec<StaticFriction> = reach
+            .iter()
+            .map(|&interface| frictions[interface])
+            .filter(|friction| !friction.fixed)
+            .collect();
+        if free.is_empty() {
             return (effort, effort);
         }
-        let slopes = probe(inverse, position, &frictions);
+        let slopes = probe(inverse, position, &free);
         let (mut least, mut greatest) = (effort, effort);
         for search in [1.0, -1.0] {
             let goal = Goal { actuator, sense: search, before: effort };
-            let found = extreme(inverse, position, &frictions, &slopes, goal);
+            let found = extreme(inverse, position, &free, &slopes, goal);
             (least, greatest) = (least.min(found.least), greatest.max(found.greatest));
         }
         if sense > 0.0 { (least, greatest) } else { (greatest, least) }

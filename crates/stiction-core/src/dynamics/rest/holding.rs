@@ -2,11 +2,13 @@
 //!
 //! Equation (R5) of the book's theory.
 
-use super::map::{Couplings, FrictionMap};
+use super::couplings::Couplings;
+use super::demand::{Demand, Equation, NOTHING, of_sign, ratio};
+use super::map::FrictionMap;
 use super::outer::greatest_frictions;
 use crate::linalg::Svd;
-use core::cell::OnceCell;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
+use std::collections::BTreeSet;
 
 /// Result of the self-locking test, which decides whether static friction holds a configuration
 /// while some actuators exert no effort.
@@ -37,212 +39,14 @@ pub enum Verdict {
 
 /// Largest number of iterations that alternate between normal forces and friction distribution.
 const ROUNDS: usize = 60;
-/// Largest number of iterations of the iteratively reweighted least squares.
-const STEPS: usize = 200;
-/// Factor by which each iteration reduces the smoothing of the norms near zero.
-const SHARPEN: f64 = 0.8;
-/// Number of iterative refinements of each solution for the friction forces.
-const REFINEMENTS: usize = 3;
-/// Equations count as satisfied if their residual is at most this fraction of the right-hand side.
-const MET: f64 = 1e-12;
 /// Number of bisections in the search for the largest insufficient factor on the friction
 /// coefficients.
 const HALVINGS: usize = 40;
 /// Largest factor on the friction coefficients that is tried. A larger sufficient factor counts as
 /// infinite.
 const MOST: f64 = 1e6;
-/// Relative size below which the following count as zero: efforts of unpowered actuators, singular
-/// values, and the part of the equations that friction does not influence.
-const NOTHING: f64 = 1e-10;
 /// Bounds count as equal if they differ by less than this fraction.
 const SAME: f64 = 1e-9;
-
-/// Linear equations for the friction forces, `slopes * frictions = missing`. They require that the
-/// efforts of unpowered actuators and the accelerations of local degrees of freedom vanish.
-pub(super) struct Demand {
-    slopes: DMatrix<f64>,
-    missing: DVector<f64>,
-}
-
-/// Bounds of the influence of friction on normal forces, see [`FrictionMap::couplings`]. They are
-/// computed once and shared by all [`Demand`]s at a configuration.
-#[derive(Default)]
-pub(super) struct LoadBounds {
-    couplings: OnceCell<Couplings>,
-}
-
-/// Distribution of friction over the interfaces, with a lower bound that shows how close it is to
-/// the optimum.
-struct Share {
-    frictions: Vec<f64>,
-    /// Lower bound, over all distributions, of the largest ratio of friction to weight.
-    least: f64,
-}
-
-impl Demand {
-    /// Sets up the equations. `efforts` lists the efforts that must vanish: the index of the
-    /// actuator, the frictionless effort, and a factor that scales the equation. The accelerations
-    /// of all `spins` local degrees of freedom must vanish as well. Scaled efforts that are
-    /// negligible compared with `largest` count as zero.
-    pub(super) fn new(
-        map: &FrictionMap<'_>,
-        efforts: &[(usize, f64, f64)],
-        spins: usize,
-        largest: f64,
-    ) -> Self {
-        let mut rows: Vec<Vec<f64>> = Vec::new();
-        let mut missing = Vec::new();
-        for &(actuator, drive, scale) in efforts {
-            rows.push(map.slopes(actuator).iter().map(|slope| slope * scale).collect());
-            let demand = -drive * scale;
-            missing.push(if demand.abs() <= NOTHING * largest { 0.0 } else { demand });
-        }
-        for spin in 0..spins {
-            // The acceleration is divided by the largest acceleration that a unit friction causes.
-            let row = map.spin_slopes(spin);
-            let size = row.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
-            if size > 0.0 {
-                rows.push(row.iter().map(|x| x / size).collect());
-                missing.push(0.0);
-            }
-        }
-        let slopes = DMatrix::from_fn(rows.len(), map.len(), |i, k| rows[i][k]);
-        Self { slopes, missing: DVector::from_vec(missing) }
-    }
-
-    /// Reduces the equations to linearly independent ones; `None` if no friction satisfies the
-    /// equations.
-    fn independent(&self) -> Option<Self> {
-        let svd = Svd::new(&self.slopes.transpose());
-        let rank = svd.rank(NOTHING);
-        // Linear combinations of the equations that friction influences, and those that it does not
-        // influence.
-        let inside = svd.v.columns(0, rank).transpose();
-        let outside = svd.v.columns(rank, svd.v.ncols() - rank).transpose();
-        let lost = (outside * &self.missing).norm();
-        (lost.is_finite() && lost <= NOTHING * self.missing.norm())
-            .then(|| Self { slopes: &inside * &self.slopes, missing: inside * &self.missing })
-    }
-
-    /// Returns the friction that satisfies linearly independent equations. `None` if this friction
-    /// is not unique, that is, if there are fewer equations than friction components, or if it
-    /// cannot be computed accurately.
-    fn unique(&self) -> Option<Vec<f64>> {
-        if self.slopes.nrows() != self.slopes.ncols() {
-            return None;
-        }
-        let factors = self.slopes.clone().lu();
-        let mut frictions = factors.solve(&self.missing)?;
-        for _ in 0..REFINEMENTS {
-            let left = &self.missing - &self.slopes * &frictions;
-            frictions += factors.solve(&left)?;
-        }
-        let left = (&self.missing - &self.slopes * &frictions).norm();
-        (left <= MET * self.missing.norm()).then(|| frictions.as_slice().to_vec())
-    }
-
-    /// Returns linearly independent equations for the friction of interfaces with nonzero weight;
-    /// `None` if the friction of these interfaces cannot satisfy the equations.
-    fn borne_by(&self, map: &FrictionMap<'_>, weights: &[[f64; 2]]) -> Option<Self> {
-        let mut borne = Self { slopes: self.slopes.clone(), missing: self.missing.clone() };
-        if weights.iter().all(|weight| *weight != [0.0; 2]) {
-            return Some(borne);
-        }
-        for (k, owner) in map.owners().enumerate() {
-            if weights[owner] == [0.0; 2] {
-                borne.slopes.column_mut(k).fill(0.0);
-            }
-        }
-        borne.independent()
-    }
-
-    /// Distributes friction such that the largest ratio of the friction of an interface to its
-    /// weight is minimal: `min max |f_c| / w_c` subject to the equations. The dual problem
-    /// minimises the power that friction equal to the weights dissipates, over all motions in which
-    /// `missing` has unit power. This sum of norms is minimised by iteratively reweighted least
-    /// squares; each iteration yields a distribution and a motion.
-    ///
-    /// Each interface has a weight for forward and one for backward friction.
-    fn share(&self, map: &FrictionMap<'_>, weights: &[[f64; 2]]) -> Option<Share> {
-        let owners: Vec<usize> = map.owners().collect();
-        let mut best: Option<Share> = None;
-        let mut attained = f64::INFINITY;
-        let mut factors: Vec<f64> =
-            owners.iter().map(|&owner| weights[owner][0].max(weights[owner][1])).collect();
-        let mut sharp = 1.0;
-        for _ in 0..STEPS {
-            let mut scaled = self.slopes.clone();
-            for (mut column, factor) in scaled.column_iter_mut().zip(&factors) {
-                column *= *factor;
-            }
-            let gram = (&scaled * self.slopes.transpose()).lu();
-            let Some(motion) = gram.solve(&self.missing) else { break };
-            let power = motion.dot(&self.missing);
-            if !(power > 0.0 && power.is_finite()) {
-                break;
-            }
-            let rates = self.slopes.tr_mul(&motion);
-            let mut frictions = scaled.tr_mul(&motion);
-            // Near convergence the factors differ by many orders of magnitude; iterative refinement
-            // removes the round-off.
-            for _ in 0..REFINEMENTS {
-                let left = &self.missing - &self.slopes * &frictions;
-                if let Some(correction) = gram.solve(&left) {
-                    frictions += scaled.tr_mul(&correction);
-                }
-            }
-            let left = (&self.missing - &self.slopes * &frictions).norm();
-            if left.is_nan() || left > MET * self.missing.norm() {
-                break;
-            }
-            let frictions: Vec<f64> = frictions.iter().copied().collect();
-            // Friction has the sign of the sliding rate.
-            let own = of_sign(map, rates.as_slice(), weights);
-            let speeds = map.sizes(rates.as_slice());
-            let spent: f64 = speeds.iter().zip(&own).map(|(speed, weight)| speed * weight).sum();
-            let known = best.as_ref().map_or(0.0, |share| share.least);
-            let least = known.max(power / spent);
-            let part = ratio(&map.sizes(&frictions), &own);
-            match &mut best {
-                Some(share) if part >= attained => share.least = least,
-                _ => best = Some(Share { frictions, least }),
-            }
-            attained = attained.min(part);
-            if attained - least <= 1e-12 * least {
-                break;
-            }
-            let largest = speeds.iter().copied().fold(0.0, f64::max);
-            sharp *= SHARPEN;
-            let factor =
-                |&owner: &usize| own[owner] / (f64::hypot(speeds[owner] / largest, sharp) + 1e-14);
-            factors = owners.iter().map(factor).collect();
-        }
-        best
-    }
-}
-
-/// Selects, for each interface, the value for forward or for backward friction, according to the
-/// sign of the friction.
-fn of_sign(map: &FrictionMap<'_>, frictions: &[f64], numbers: &[[f64; 2]]) -> Vec<f64> {
-    let mut chosen: Vec<f64> = numbers.iter().map(|[forward, _]| *forward).collect();
-    for (owner, friction) in map.owners().zip(frictions) {
-        // If both values are equal, as for ball joints, the sign does not matter.
-        if *friction < 0.0 {
-            chosen[owner] = numbers[owner][1];
-        }
-    }
-    chosen
-}
-
-/// Returns the largest ratio of an entry of `sizes` to the corresponding entry of `weights`.
-fn ratio(sizes: &[f64], weights: &[f64]) -> f64 {
-    let each = sizes.iter().zip(weights).map(|(&size, &weight)| match size {
-        0.0 => 0.0,
-        _ if weight > 0.0 => size / weight,
-        _ => f64::INFINITY,
-    });
-    each.fold(0.0, f64::max)
-}
 
 /// Computes the friction limits of each interface, N, for forward and backward sliding under the
 /// normal forces `loads`, N.
@@ -251,22 +55,99 @@ fn limits(map: &FrictionMap<'_>, loads: &[f64]) -> Vec<[f64; 2]> {
     loads.iter().enumerate().map(limit).collect()
 }
 
-/// Decides whether friction forces within their limits satisfy the equations in `demand`.
-pub(super) fn hold(map: &FrictionMap<'_>, bounds: &LoadBounds, demand: &Demand) -> Holding {
-    let nothing = vec![0.0; map.len()];
-    if demand.missing.norm() == 0.0 {
-        return Holding {
-            verdict: Verdict::Holds,
-            needed: (0.0, 0.0),
-            frictions: split(map, &nothing),
+/// Decides whether friction forces within their limits satisfy `equations`. `map` must contain all
+/// interfaces, with the influence `couplings` on their normal forces.
+pub(super) fn hold(
+    map: &FrictionMap<'_>,
+    couplings: &Couplings,
+    equations: &[&Equation],
+) -> Holding {
+    let mut frictions = vec![0.0; map.len()];
+    let (mut not_enough, mut enough) = (0.0_f64, 0.0_f64);
+    let size = equations.iter().map(|equation| equation.missing.powi(2)).sum::<f64>().sqrt();
+    for group in independent_groups(map, equations) {
+        if group.iter().all(|equation| equation.missing == 0.0) {
+            continue;
+        }
+        let reach: BTreeSet<usize> =
+            group.iter().flat_map(|own| own.reach.iter().copied()).collect();
+        if reach.is_empty() {
+            // No friction influences these equations.
+            let lost = group.iter().any(|own| own.missing.abs() > NOTHING * size);
+            not_enough = if lost { f64::INFINITY } else { not_enough };
+            continue;
+        }
+        let reach: Vec<usize> = reach.into_iter().collect();
+        let own_couplings;
+        let (own, couplings) = if reach.len() == map.interfaces() {
+            (map.clone(), couplings)
+        } else {
+            let own = map.restricted(reach.clone());
+            own_couplings = couplings.restricted(&own, &reach);
+            (own, &own_couplings)
         };
+        let found = needed_factor(&own, couplings, Demand::new(&own, &group));
+        not_enough = not_enough.max(found.not_enough);
+        enough = enough.max(found.enough);
+        for (k, friction) in found.frictions.into_iter().enumerate() {
+            frictions[own.global(k)] = friction;
+        }
     }
-    let slips = Holding {
-        verdict: Verdict::Slips,
-        needed: (f64::INFINITY, f64::INFINITY),
-        frictions: Vec::new(),
+    let enough = enough.max(not_enough);
+    let (verdict, frictions) = match (not_enough, enough) {
+        (_, enough) if enough <= 1.0 + 1e-12 => (Verdict::Holds, split(map, &frictions)),
+        (not_enough, _) if not_enough > 1.0 => (Verdict::Slips, Vec::new()),
+        _ => (Verdict::Undecided, Vec::new()),
     };
-    let Some(demand) = demand.independent() else { return slips };
+    // Extremely large factors are due to normal forces that are round-off.
+    let enough = if enough > MOST { f64::INFINITY } else { enough };
+    let is_same = enough.is_finite() && enough - not_enough <= SAME * enough;
+    let not_enough = if is_same { enough } else { not_enough };
+    Holding { verdict, needed: (not_enough, enough), frictions }
+}
+
+/// Groups equations such that no friction force influences equations of two groups.
+fn independent_groups<'a>(
+    map: &FrictionMap<'_>,
+    equations: &[&'a Equation],
+) -> Vec<Vec<&'a Equation>> {
+    let mut groups: Vec<Vec<&Equation>> = Vec::new();
+    // Group of each interface.
+    let mut group_of = vec![None; map.interfaces()];
+    for &equation in equations {
+        let known: BTreeSet<usize> =
+            equation.reach.iter().filter_map(|interface| group_of[*interface]).collect();
+        let first = known.first().copied().unwrap_or(groups.len());
+        groups.resize_with(groups.len().max(first + 1), Vec::new);
+        for &other in known.iter().skip(1) {
+            for moved in core::mem::take(&mut groups[other]) {
+                moved.reach.iter().for_each(|interface| group_of[*interface] = Some(first));
+                groups[first].push(moved);
+            }
+        }
+        equation.reach.iter().for_each(|interface| group_of[*interface] = Some(first));
+        groups[first].push(equation);
+    }
+    groups.retain(|group| !group.is_empty());
+    groups
+}
+
+/// Factor on the friction coefficients that some equations need.
+struct Needed {
+    /// Largest factor that is proven to be insufficient; infinite if no friction satisfies the
+    /// equations.
+    not_enough: f64,
+    /// Smallest sufficient factor that was found, and the friction that needs it.
+    enough: f64,
+    frictions: Vec<f64>,
+}
+
+/// Finds the factor on the friction coefficients that the equations in `demand` need.
+fn needed_factor(map: &FrictionMap<'_>, couplings: &Couplings, demand: Demand) -> Needed {
+    let Some(demand) = demand.independent() else {
+        let (not_enough, enough) = (f64::INFINITY, f64::INFINITY);
+        return Needed { not_enough, enough, frictions: Vec::new() };
+    };
     let unique = demand.unique();
     let (enough, frictions) = match &unique {
         Some(frictions) => {
@@ -278,17 +159,8 @@ pub(super) fn hold(map: &FrictionMap<'_>, bounds: &LoadBounds, demand: &Demand) 
     };
     let known = (enough, frictions.as_slice());
     let not_enough =
-        greatest_insufficient(map, bounds, &demand, known, unique.is_some()).min(enough);
-    let (verdict, frictions) = match (not_enough, enough) {
-        (_, enough) if enough <= 1.0 + 1e-12 => (Verdict::Holds, split(map, &frictions)),
-        (not_enough, _) if not_enough > 1.0 => (Verdict::Slips, Vec::new()),
-        _ => (Verdict::Undecided, Vec::new()),
-    };
-    // Extremely large factors are due to normal forces that are round-off.
-    let enough = if enough > MOST { f64::INFINITY } else { enough };
-    let is_same = enough.is_finite() && enough - not_enough <= SAME * enough;
-    let not_enough = if is_same { enough } else { not_enough };
-    Holding { verdict, needed: (not_enough, enough), frictions }
+        greatest_insufficient(map, couplings, &demand, known, unique.is_some()).min(enough);
+    Needed { not_enough, enough, frictions }
 }
 
 /// Iterates between friction distributions and the normal forces that they cause. Returns the
@@ -329,7 +201,7 @@ fn follow_loads(map: &FrictionMap<'_>, demand: &Demand) -> (f64, Vec<f64>) {
 /// `is_unique` is true if `known` is the only solution.
 fn greatest_insufficient(
     map: &FrictionMap<'_>,
-    bounds: &LoadBounds,
+    plain: &Couplings,
     demand: &Demand,
     (most, known): (f64, &[f64]),
     is_unique: bool,
@@ -344,7 +216,6 @@ fn greatest_insufficient(
         rest.iter().copied().collect::<Vec<f64>>()
     };
     let plain_loads: Vec<f64> = (0..map.interfaces()).map(|c| map.load_without(c)).collect();
-    let plain = bounds.couplings.get_or_init(|| map.couplings());
     let least: Vec<f64> = match known.iter().any(|x| *x != 0.0) {
         true => known.iter().zip(without_effect(known)).map(|(a, b)| a - b).collect(),
         false => {
@@ -372,7 +243,7 @@ fn greatest_insufficient(
         }
         match demand.borne_by(map, &greatest) {
             None => true,
-            Some(borne) => borne.share(map, &greatest).is_some_and(|share| share.least > 1.0),
+            Some(borne) => borne.exceeds(map, &greatest),
         }
     };
     let (mut low, mut high) = (0.0, most.min(MOST));

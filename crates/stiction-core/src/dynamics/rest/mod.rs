@@ -7,10 +7,13 @@
 
 pub(super) mod bounds;
 mod breakaway;
+mod couplings;
+mod demand;
 mod holding;
 mod map;
 mod outer;
 mod search;
+mod sparse_search;
 
 pub use breakaway::Breakaway;
 pub use holding::{Holding, Verdict};
@@ -18,9 +21,10 @@ pub use holding::{Holding, Verdict};
 use super::coupling::FrictionCoupling;
 use super::forces::{Bounds, Forces};
 use super::inverse::Inverse;
+use super::responses::Influences;
 use crate::joint::Motion;
 use bounds::{Position, StaticFriction, resolve, set_static_frictions};
-use holding::{Demand, LoadBounds};
+use demand::Equation;
 use map::FrictionMap;
 
 /// Results of the analysis of static friction at a configuration under given loads.
@@ -82,23 +86,33 @@ pub(super) fn examine(
     let released: Vec<StaticFriction> = (0..position.parameters.interfaces.len())
         .map(|interface| StaticFriction { interface, direction: [0.0; 3], fixed: false })
         .collect();
+    let Position { model, parameters, settings, .. } = position;
+    let bodies = &position.kinematics.bodies;
+    let responses = coupling.responses(inverse, model, parameters, bodies, true);
+    let influences = Influences::new(responses, parameters);
+    let (couplings, reaches) = {
+        let known = (responses, &influences);
+        let map = FrictionMap::new(inverse, known, parameters, bodies, settings);
+        let couplings = map.couplings();
+        let reach = |actuator| map.reach(&map.slopes(actuator), couplings.influencing());
+        let reaches: Vec<Vec<usize>> = (0..inverse.efforts().len()).map(reach).collect();
+        (couplings, reaches)
+    };
     let velocities = breakaway::impending(&mut position);
     let breakaway = velocities
         .iter()
+        .zip(&reaches)
         .enumerate()
-        .map(|(actuator, velocities)| {
-            let velocities = velocities.as_ref()?;
-            Some(breakaway::break_away(inverse, &mut position, actuator, velocities))
+        .map(|(actuator, (velocities, reach))| {
+            let goal = (actuator, &**reach);
+            Some(breakaway::break_away(inverse, &mut position, goal, velocities.as_ref()?))
         })
         .collect();
     set_static_frictions(inverse, &released);
     resolve(inverse, &mut position);
 
-    let Position { model, parameters, settings, .. } = position;
     let bodies = &position.kinematics.bodies;
-    coupling.leave();
-    let responses = coupling.responses(inverse, model, parameters, bodies, true);
-    let map = FrictionMap::new(inverse, responses, parameters, bodies, settings);
+    let map = FrictionMap::new(inverse, (responses, &influences), parameters, bodies, settings);
     let efforts: Vec<(usize, f64, f64)> = inverse
         .efforts()
         .iter()
@@ -119,13 +133,14 @@ pub(super) fn examine(
     let forces = wrenches.map(|wrench| wrench.force.norm());
     let largest = forces.chain(efforts.iter().map(|(_, drive, scale)| (drive * scale).abs()));
     let largest = largest.fold(0.0, f64::max);
-    let bounds = LoadBounds::default();
-    let hold = |efforts: &[(usize, f64, f64)]| {
-        holding::hold(&map, &bounds, &Demand::new(&map, efforts, spins, largest))
+    let spins: Vec<Equation> =
+        (0..spins).filter_map(|spin| Equation::of_spin(&map, &couplings, spin)).collect();
+    let efforts: Vec<Equation> = efforts
+        .into_iter()
+        .map(|effort| Equation::of_effort(&map, &couplings, effort, largest))
+        .collect();
+    let hold = |efforts: &[Equation]| {
+        holding::hold(&map, &couplings, &efforts.iter().chain(&spins).collect::<Vec<_>>())
     };
-    Rest {
-        breakaway,
-        alone: efforts.iter().map(|drive| hold(&[*drive])).collect(),
-        unpowered: hold(&efforts),
-    }
+    Rest { breakaway, alone: efforts.chunks(1).map(hold).collect(), unpowered: hold(&efforts) }
 }

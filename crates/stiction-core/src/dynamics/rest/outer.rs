@@ -2,8 +2,8 @@
 //!
 //! Equations (R2) and (R3) of the book's theory.
 
-use super::map::{Couplings, FrictionMap};
-use nalgebra::{DMatrix, DVector};
+use super::couplings::Couplings;
+use super::map::FrictionMap;
 
 /// Computes an upper bound of the friction force of each interface, N, for forward and backward
 /// sliding (positive and negative friction). The bound is valid for all solutions of the friction
@@ -28,16 +28,14 @@ pub(super) fn greatest_frictions(
     let alone = |interface: usize| {
         if map.rests(interface) { coefficient(interface) * loads[interface] } else { 0.0 }
     };
-    let constants = DVector::from_fn(count, |interface, _| alone(interface));
+    let constants: Vec<f64> = (0..count).map(alone).collect();
     // The spectral radius is proportional to `part`.
     if part * couplings.radius() >= 1.0 {
         return None;
     }
-    let greatest = match &couplings.of_limits {
-        Some(matrix) => fixed_point(matrix, part, &constants)?,
-        None => constants,
-    };
-    let sound = greatest.iter().all(|x| x.is_finite() && *x >= -1e-12 * greatest.amax());
+    let greatest = couplings.fixed_point(part, &constants)?;
+    let largest = greatest.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
+    let sound = greatest.iter().all(|x| x.is_finite() && *x >= -1e-12 * largest);
     let limit = |(interface, greatest): (usize, &f64)| {
         let [forward, backward] = map.coefficients(interface);
         let most = forward.max(backward);
@@ -49,43 +47,24 @@ pub(super) fn greatest_frictions(
     sound.then(|| greatest.iter().enumerate().map(limit).collect())
 }
 
-/// Largest number of fixed-point steps. If more steps are needed, a factorisation is faster.
-const STEPS: usize = 16;
-
-/// Solves `x = constants + part matrix x`. The spectral radius of `part matrix` must be below one.
-fn fixed_point(matrix: &DMatrix<f64>, part: f64, constants: &DVector<f64>) -> Option<DVector<f64>> {
-    let mut solution = constants.clone();
-    // Weak couplings converge in a few steps.
-    for _ in 0..STEPS {
-        let next = constants + matrix * &solution * part;
-        let change = (&next - &solution).amax();
-        solution = next;
-        if change <= f64::EPSILON * solution.amax() {
-            return Some(solution);
-        }
-    }
-    (DMatrix::identity(matrix.nrows(), matrix.ncols()) - matrix * part).lu().solve(constants)
-}
-
 /// Computes a guaranteed lower and upper bound of the change of each effort due to static friction,
 /// N or N m. Returns `None` if the coupling of friction and reactions is too strong.
-pub(super) fn outer_changes(map: &FrictionMap<'_>, efforts: usize) -> Option<Vec<(f64, f64)>> {
+pub(super) fn outer_changes(
+    map: &FrictionMap<'_>,
+    couplings: &Couplings,
+    efforts: usize,
+) -> Option<Vec<(f64, f64)>> {
     let loads: Vec<f64> =
         (0..map.interfaces()).map(|interface| map.load_without(interface)).collect();
-    let couplings = map.couplings();
-    let greatest = greatest_frictions(map, &loads, &couplings, 1.0)?;
-    let owners: Vec<usize> = map.owners().collect();
+    let greatest = greatest_frictions(map, &loads, couplings, 1.0)?;
     let bounds = (0..efforts).map(|actuator| {
         let slopes = map.slopes(actuator);
-        let sizes = map.sizes(&slopes);
         let (mut low, mut high) = (0.0, 0.0);
-        for (interface, size) in sizes.into_iter().enumerate() {
-            let single = owners.iter().filter(|owner| **owner == interface).count() == 1;
-            let slope =
-                owners.iter().position(|owner| *owner == interface).map_or(0.0, |k| slopes[k]);
-            let [mut up, mut down] = greatest[interface];
+        let sizes = map.sizes(&slopes);
+        for (interface, (size, &[mut up, mut down])) in sizes.into_iter().zip(&greatest).enumerate()
+        {
             // Forward friction is positive; balls and plates have equal limits.
-            if single && slope < 0.0 {
+            if matches!(slopes[map.components(interface)], [slope] if slope < 0.0) {
                 core::mem::swap(&mut up, &mut down);
             }
             high += size * up;

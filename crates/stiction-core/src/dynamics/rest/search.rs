@@ -13,7 +13,7 @@ use crate::topology::Topology;
 
 /// Largest number of updates of the directions of static friction. The limit is larger than that in
 /// `rest::bounds`, because an update here is cheaper than a complete solution there.
-const ROUNDS: usize = 16;
+pub(super) const ROUNDS: usize = 16;
 
 /// Search for extreme efforts over the static friction forces of the interfaces at rest.
 pub(super) struct Search<'a> {
@@ -74,21 +74,31 @@ impl Search<'_> {
     /// Solves the coupled problem with the static friction in `frictions`; `None` if Newton's
     /// method fails.
     fn settle(&mut self, frictions: &[StaticFriction], start: Start<'_>) -> Option<()> {
-        let Self { inverse, topology, at, settings, .. } = self;
+        let Self { inverse, topology, at, settings, .. } = *self;
         let mut next = frictions.iter().peekable();
-        let acting = inverse.interfaces().iter().enumerate().map(|(interface, state)| {
-            let Some(friction) = next.next_if(|friction| friction.interface == interface) else {
-                return Acting::of(state, [0.0; 3]);
-            };
-            // The friction limit may depend on the direction.
-            let mut state = *state;
-            let content = &at.parameters.interfaces[interface];
-            let pitch = at.parameters.pitch[content.joint];
-            let held = friction.direction;
-            state.update_slip(topology, content, pitch, at.bodies, settings.rest_speed, held);
-            Acting::of(&state, held)
+        let acting = (0..inverse.interfaces().len()).map(|interface| {
+            let friction = next.next_if(|friction| friction.interface == interface);
+            let held = friction.map(|friction| friction.direction);
+            acting_with((inverse, topology, at, settings), interface, held)
         });
-        self.coupling.act(acting, self.at);
-        self.coupling.settle(self.at, start).then_some(())
+        self.coupling.act(acting, at);
+        self.coupling.settle(at, start).then_some(())
     }
+}
+
+/// Returns the friction that acts at an interface: static friction in the direction `held` or, if
+/// it is `None`, the kinetic friction of a sliding interface and none of an interface at rest.
+pub(super) fn acting_with(
+    (inverse, topology, at, settings): (&Inverse<f64>, &Topology, Configuration<'_>, &Settings),
+    interface: usize,
+    held: Option<[f64; 3]>,
+) -> Acting {
+    let state = &inverse.interfaces()[interface];
+    let Some(held) = held else { return Acting::of(state, [0.0; 3]) };
+    // The friction limit may depend on the direction.
+    let mut state = *state;
+    let content = &at.parameters.interfaces[interface];
+    let pitch = at.parameters.pitch[content.joint];
+    state.update_slip(topology, content, pitch, at.bodies, settings.rest_speed, held);
+    Acting::of(&state, held)
 }

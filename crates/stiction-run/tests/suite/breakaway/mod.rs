@@ -4,6 +4,7 @@
 mod begins;
 mod closed_forms;
 mod holder;
+mod many_interfaces;
 mod ways_to_hold;
 
 use crate::common::*;

@@ -1,0 +1,206 @@
+//! Bounds of the influence of friction on normal forces.
+//!
+//! Equation (R2) of the book's theory.
+
+use super::map::FrictionMap;
+use crate::friction_problem::uniqueness::radius_bound;
+use crate::linalg::{SparseMatrix, triangular_blocks};
+use core::cell::OnceCell;
+use nalgebra::DVector;
+
+/// Bounds of the influence of friction on normal forces, see [`FrictionMap::couplings`].
+pub(super) struct Couplings {
+    bounds: SparseMatrix,
+    /// Bounds of the influence of friction on friction limits: [`Self::bounds`], with each row
+    /// multiplied by the larger friction coefficient of its interface.
+    of_limits: SparseMatrix,
+    /// Transpose of [`Self::bounds`].
+    influencing: OnceCell<SparseMatrix>,
+    /// Block triangular form of [`Self::of_limits`].
+    blocks: OnceCell<Vec<Vec<usize>>>,
+    /// Upper bound of the spectral radius of [`Self::of_limits`], once it is known.
+    radius: OnceCell<f64>,
+}
+
+/// Influence of a friction force on a friction limit that counts as round-off.
+const ROUND_OFF: f64 = 1e-14;
+/// Number of interfaces from which systems are solved by iteration, because the cost of elimination
+/// grows with the cube of this number.
+const LARGE: usize = 65;
+/// Largest number of iterations for such systems; each of them needs two matrix products.
+const ITERATIONS: usize = 60;
+/// Largest number of fixed-point steps. If more steps are needed, a direct solution is faster.
+const STEPS: usize = 16;
+
+impl Couplings {
+    pub(super) fn new(map: &FrictionMap<'_>, bounds: SparseMatrix) -> Self {
+        let largest: Vec<f64> = (0..map.interfaces())
+            .map(|interface| {
+                let [forward, backward] = map.coefficients(interface);
+                forward.max(backward)
+            })
+            .collect();
+        let of_limits = bounds.scaled(&largest, &vec![1.0; largest.len()]);
+        let (influencing, blocks, radius) = Default::default();
+        Self { bounds, of_limits, influencing, blocks, radius }
+    }
+
+    /// Returns the bounds for a selection of the interfaces, see [`FrictionMap::restricted`].
+    pub(super) fn restricted(&self, map: &FrictionMap<'_>, interfaces: &[usize]) -> Self {
+        let entries = interfaces.iter().enumerate().flat_map(|(column, &owner)| {
+            let of_row =
+                move |(row, bound)| Some((interfaces.binary_search(&row).ok()?, column, bound));
+            self.bounds.column(owner).filter_map(of_row)
+        });
+        let count = interfaces.len();
+        Self::new(map, SparseMatrix::new((count, count), entries))
+    }
+
+    /// Returns the bounds of the influence of the friction of one interface on the normal forces,
+    /// as pairs of interface and bound.
+    pub(super) fn column(&self, interface: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        self.bounds.column(interface)
+    }
+
+    /// Returns the transposed matrix of bounds. Its columns list the interfaces whose friction
+    /// influences the normal force of each interface.
+    pub(super) fn influencing(&self) -> &SparseMatrix {
+        self.influencing.get_or_init(|| self.bounds.transpose())
+    }
+
+    /// Returns an upper bound of the spectral radius of the influence on friction limits.
+    pub(super) fn radius(&self) -> f64 {
+        *self.radius.get_or_init(|| {
+            // The spectral radius of a block triangular matrix is that of a diagonal block.
+            let radii = self.blocks().iter().map(|block| match self.dense(block)[..] {
+                [entry] if entry.is_finite() => entry,
+                // The transpose has the same spectral radius.
+                ref matrix => radius_bound(matrix, block.len(), &mut Default::default()),
+            });
+            radii.fold(0.0, f64::max)
+        })
+    }
+
+    /// Returns groups of interfaces. The friction of a group influences no friction limit of an
+    /// earlier group, except for round-off.
+    pub(super) fn groups(&self) -> Vec<Vec<usize>> {
+        let size = (self.of_limits.nrows(), self.of_limits.ncols());
+        let entries = self.of_limits.entries().filter(|(.., entry)| !(*entry <= ROUND_OFF));
+        triangular_blocks(&SparseMatrix::new(size, entries))
+    }
+
+    fn blocks(&self) -> &[Vec<usize>] {
+        self.blocks.get_or_init(|| triangular_blocks(&self.of_limits))
+    }
+
+    /// Returns a diagonal block of the influence on friction limits, column by column.
+    fn dense(&self, block: &[usize]) -> Vec<f64> {
+        let count = block.len();
+        let mut matrix = vec![0.0; count * count];
+        for (column, own) in block.iter().zip(matrix.chunks_exact_mut(count)) {
+            for (row, entry) in self.of_limits.column(*column) {
+                if let Ok(row) = block.binary_search(&row) {
+                    own[row] = entry;
+                }
+            }
+        }
+        matrix
+    }
+
+    /// Solves `x = constants + part M x` with the influence `M` on friction limits. The spectral
+    /// radius of `part M` must be below one.
+    pub(super) fn fixed_point(&self, part: f64, constants: &[f64]) -> Option<Vec<f64>> {
+        let mut solution = constants.to_vec();
+        // Weak couplings converge in a few steps.
+        for _ in 0..STEPS {
+            let mut next = self.of_limits.times(&solution);
+            let (mut change, mut largest) = (0.0_f64, 0.0_f64);
+            for ((next, constant), before) in next.iter_mut().zip(constants).zip(&solution) {
+                *next = constant + *next * part;
+                change = change.max((*next - before).abs());
+                largest = largest.max(next.abs());
+            }
+            solution = next;
+            if change <= f64::EPSILON * largest {
+                return Some(solution);
+            }
+        }
+        if constants.len() >= LARGE
+            && let Some(solution) = self.iterate(part, constants, solution)
+        {
+            return Some(solution);
+        }
+        self.solve(part, constants)
+    }
+
+    /// Solves `x = constants + part M x` from the starting point `x` by the stabilised
+    /// biconjugate gradient method (van der Vorst 1992). It converges fast even close to the
+    /// largest possible `part`, where only one eigenvalue of the system is small. `None` if the
+    /// residual does not decrease to round-off.
+    fn iterate(&self, part: f64, constants: &[f64], mut x: Vec<f64>) -> Option<Vec<f64>> {
+        let apply = |x: &[f64]| -> Vec<f64> {
+            self.of_limits.times(x).iter().zip(x).map(|(product, x)| x - part * product).collect()
+        };
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let largest = |x: &[f64]| x.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
+        let residual = |x: &[f64]| -> Vec<f64> {
+            constants.iter().zip(apply(x)).map(|(constant, own)| constant - own).collect()
+        };
+        let mut left = residual(&x);
+        let shadow = left.clone();
+        let mut direction = left.clone();
+        let mut product = dot(&shadow, &left);
+        for _ in 0..ITERATIONS {
+            let moved = apply(&direction);
+            let alpha = product / dot(&shadow, &moved);
+            left.iter_mut().zip(&moved).for_each(|(left, moved)| *left -= alpha * moved);
+            let turned = apply(&left);
+            let omega = dot(&turned, &left) / dot(&turned, &turned).max(f64::MIN_POSITIVE);
+            for ((x, direction), left) in x.iter_mut().zip(&direction).zip(&left) {
+                *x += alpha * direction + omega * left;
+            }
+            left.iter_mut().zip(&turned).for_each(|(left, turned)| *left -= omega * turned);
+            let limit = 4.0 * f64::EPSILON * largest(&x);
+            if !limit.is_finite() {
+                return None;
+            }
+            if largest(&left) <= limit {
+                // Rounding errors separate the residual of the recursion from the true one.
+                let left = residual(&x);
+                return (left.iter().all(|left| left.abs() <= 4.0 * limit)).then_some(x);
+            }
+            let next = dot(&shadow, &left);
+            let beta = next / product * (alpha / omega);
+            for ((direction, left), moved) in direction.iter_mut().zip(&left).zip(&moved) {
+                *direction = left + beta * (*direction - omega * moved);
+            }
+            product = next;
+        }
+        None
+    }
+
+    /// Solves `x = constants + part M x` by elimination in the diagonal blocks of `M`.
+    fn solve(&self, part: f64, constants: &[f64]) -> Option<Vec<f64>> {
+        let mut solution = constants.to_vec();
+        for block in self.blocks() {
+            let count = block.len();
+            let mut matrix = nalgebra::DMatrix::from_vec(count, count, self.dense(block));
+            matrix *= -part;
+            (0..count).for_each(|k| matrix[(k, k)] += 1.0);
+            let right = DVector::from_iterator(count, block.iter().map(|&k| solution[k]));
+            let found = matrix.lu().solve(&right)?;
+            for (&own, amount) in block.iter().zip(found.iter()) {
+                solution[own] = *amount;
+            }
+            // Later blocks depend on this one.
+            for (&own, amount) in block.iter().zip(found.iter()) {
+                for (row, entry) in self.of_limits.column(own) {
+                    if block.binary_search(&row).is_err() {
+                        solution[row] += part * entry * amount;
+                    }
+                }
+            }
+        }
+        Some(solution)
+    }
+}
