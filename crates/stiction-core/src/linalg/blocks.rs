@@ -275,12 +275,11 @@ impl BlockCholesky {
         for k in own.clone() {
             let block = self.below[k];
             let row = self.rows[k];
-            let columns = self.sizes[row];
-            subtract_product(&mut self.diagonal[row], columns, (&block, &block), size);
+            subtract_square(&mut self.diagonal[row], &block, size);
             for other in k + 1..own.end {
                 let of_row = self.below[other];
                 let to = &mut self.below[self.updates[*next]];
-                subtract_product(to, columns, (&block, &of_row), size);
+                subtract_product(to, (&block, &of_row), size);
                 *next += 1;
             }
         }
@@ -313,36 +312,54 @@ impl BlockCholesky {
             x[*place] = *part;
         }
         for step in 0..self.before_hub() {
-            let size = self.sizes[step];
-            let mut own = [0.0; BLOCK];
-            for (own, row) in own[..size].iter_mut().zip(&self.diagonal[step]) {
-                *own = dot(row, &x[step]);
-            }
-            x[step] = own;
-            for k in self.starts[step]..self.starts[step + 1] {
-                let other = &mut x[self.rows[k]];
-                for (entries, amount) in self.below[k].iter().zip(&own[..size]) {
-                    (0..BLOCK).for_each(|i| other[i] -= entries[i] * amount);
-                }
+            // Constant sizes are faster.
+            match self.sizes[step] {
+                BLOCK => self.substitute(step, BLOCK, x),
+                size => self.substitute(step, size, x),
             }
         }
         if let Some((first, hub)) = &self.hub {
             hub.solve(&mut x[*first..]);
         }
         for step in (0..self.before_hub()).rev() {
-            let size = self.sizes[step];
-            let mut own = x[step];
-            for k in self.starts[step]..self.starts[step + 1] {
-                let other = &x[self.rows[k]];
-                for (own, entries) in own[..size].iter_mut().zip(&self.below[k]) {
-                    *own -= dot(entries, other);
-                }
+            match self.sizes[step] {
+                BLOCK => self.substitute_back(step, BLOCK, x),
+                size => self.substitute_back(step, size, x),
             }
-            x[step] = upper_times(&self.diagonal[step], &own[..size]);
         }
         for (part, place) in vector.iter_mut().zip(&self.place) {
             *part = x[*place];
         }
+    }
+
+    /// Forward substitution with the block column of a step, of which `size` columns are in use.
+    #[inline(always)]
+    fn substitute(&self, step: usize, size: usize, x: &mut [Part]) {
+        let own = lower_times(&self.diagonal[step], &x[step]);
+        x[step] = own;
+        let blocks = self.starts[step]..self.starts[step + 1];
+        for (block, row) in self.below[blocks.clone()].iter().zip(&self.rows[blocks]) {
+            // The row stays in registers.
+            let mut other = x[*row];
+            for (entries, amount) in block.iter().zip(own).take(size) {
+                (0..BLOCK).for_each(|i| other[i] -= entries[i] * amount);
+            }
+            x[*row] = other;
+        }
+    }
+
+    /// Back substitution with the block column of a step, of which `size` columns are in use.
+    #[inline(always)]
+    fn substitute_back(&self, step: usize, size: usize, x: &mut [Part]) {
+        let mut own = x[step];
+        let blocks = self.starts[step]..self.starts[step + 1];
+        for (block, row) in self.below[blocks.clone()].iter().zip(&self.rows[blocks]) {
+            let other = x[*row];
+            for (own, entries) in own.iter_mut().zip(block).take(size) {
+                *own -= dot(entries, &other);
+            }
+        }
+        x[step] = upper_times(&self.diagonal[step], &own[..size.min(BLOCK)]);
     }
 }
 
@@ -352,24 +369,44 @@ impl BlockCholesky {
 pub(super) fn inverse_factor(block: &Block, size: usize, least: f64) -> Option<Block> {
     let (mut left, mut inverse) = (*block, UNIT);
     let size = size.min(BLOCK);
-    for j in 0..size {
-        let pivot = left[j][j];
-        if !(pivot > least && pivot.is_finite()) {
-            return None;
-        }
-        let over = 1.0 / pivot.sqrt();
-        // Column j of the factor, stored as a row, and row j of the inverse of the factor.
-        let (column, row) = (left[j].map(|x| x * over), inverse[j].map(|x| x * over));
-        inverse[j] = row;
-        for i in j + 1..size {
-            let amount = column[i];
-            for k in 0..BLOCK {
-                left[i][k] -= amount * column[k];
-                inverse[i][k] -= amount * row[k];
-            }
-        }
+    let is_positive = eliminate_column::<0>(&mut left, &mut inverse, size, least)
+        && eliminate_column::<1>(&mut left, &mut inverse, size, least)
+        && eliminate_column::<2>(&mut left, &mut inverse, size, least)
+        && eliminate_column::<3>(&mut left, &mut inverse, size, least)
+        && eliminate_column::<4>(&mut left, &mut inverse, size, least)
+        && eliminate_column::<5>(&mut left, &mut inverse, size, least);
+    is_positive.then_some(inverse)
+}
+
+/// Eliminates column `J` of the upper triangle `left` of a symmetric block, and applies the same
+/// operations to `inverse`. Returns `false` if the pivot does not exceed `least` or is not finite.
+/// The columns are a constant, so that the compiler omits the operations on zeros.
+#[inline(always)]
+fn eliminate_column<const J: usize>(
+    left: &mut Block,
+    inverse: &mut Block,
+    size: usize,
+    least: f64,
+) -> bool {
+    if J >= size {
+        return true;
     }
-    Some(inverse)
+    let pivot = left[J][J];
+    if !(pivot > least && pivot.is_finite()) {
+        return false;
+    }
+    let over = 1.0 / pivot.sqrt();
+    // Column J of the factor, stored as a row, and row J of the inverse of the factor.
+    let (column, row) = (left[J].map(|x| x * over), inverse[J].map(|x| x * over));
+    inverse[J] = row;
+    // Pairs of entries fill a vector register.
+    let (first, end) = ((J + 1) / 2 * 2, J / 2 * 2 + 2);
+    for i in J + 1..size {
+        let amount = column[i];
+        (first..BLOCK).for_each(|k| left[i][k] -= amount * column[k]);
+        (0..end).for_each(|k| inverse[i][k] -= amount * row[k]);
+    }
+    true
 }
 
 /// Adds the outer product of two vectors to the given first rows of a block.
@@ -379,23 +416,37 @@ pub(crate) fn add_outer(block: &mut [Part], a: &Part, b: &Part) {
     }
 }
 
-/// Adds the sum of the outer products of the vectors `a` and `b` with the same index to the given
-/// first rows of a block.
-pub(crate) fn add_outer_products(block: &mut [Part], a: &[Part], b: &[Part]) {
-    for i in 0..block.len().min(BLOCK) {
-        // The row stays in registers.
-        let mut row = block[i];
-        for (a, b) in a.iter().zip(b) {
-            let amount = a[i];
-            (0..BLOCK).for_each(|j| row[j] += amount * b[j]);
-        }
-        block[i] = row;
-    }
+/// Adds the sum of the outer products of the vectors `a` and `b` with the same index to a block.
+pub(crate) fn add_outer_products(block: &mut Block, a: &[Part], b: &[Part]) {
+    let pairs = || a.iter().zip(b);
+    update_rows::<0, 0>(block, pairs(), |entry, product| entry + product);
+    update_rows::<2, 0>(block, pairs(), |entry, product| entry + product);
+    update_rows::<4, 0>(block, pairs(), |entry, product| entry + product);
+}
+
+/// Adds the sum of the outer products of vectors with themselves to the upper triangle of a block.
+pub(crate) fn add_squares(block: &mut Block, vectors: &[Part]) {
+    let pairs = || vectors.iter().zip(vectors);
+    update_rows::<0, 0>(block, pairs(), |entry, product| entry + product);
+    update_rows::<2, 2>(block, pairs(), |entry, product| entry + product);
+    update_rows::<4, 4>(block, pairs(), |entry, product| entry + product);
 }
 
 /// Computes the scalar product of two vectors.
+#[inline(always)]
 pub(crate) fn dot(a: &Part, b: &Part) -> f64 {
-    let [even, odd] = [0, 1].map(|k| a[k] * b[k] + a[k + 2] * b[k + 2] + a[k + 4] * b[k + 4]);
+    dot_of_pairs::<3>(a, b)
+}
+
+/// Computes the scalar product of the first `PAIRS` pairs of components of two vectors. A pair
+/// fills a vector register.
+#[inline(always)]
+fn dot_of_pairs<const PAIRS: usize>(a: &Part, b: &Part) -> f64 {
+    let [mut even, mut odd] = [a[0] * b[0], a[1] * b[1]];
+    for k in 1..PAIRS {
+        even += a[2 * k] * b[2 * k];
+        odd += a[2 * k + 1] * b[2 * k + 1];
+    }
     even + odd
 }
 
@@ -404,6 +455,7 @@ pub(crate) fn dot(a: &Part, b: &Part) -> f64 {
 fn multiply_lower(lower: &Block, block: &mut Block, size: usize) {
     // A row of the product depends on this row and the rows above it.
     for i in (0..size.min(BLOCK)).rev() {
+        // The row stays in registers.
         let mut row = [0.0; BLOCK];
         for (amount, other) in lower[i].iter().zip(&*block).take(i + 1) {
             (0..BLOCK).for_each(|j| row[j] += amount * other[j]);
@@ -412,20 +464,62 @@ fn multiply_lower(lower: &Block, block: &mut Block, size: usize) {
     }
 }
 
-/// Subtracts a product in place, of which the first `columns` rows are nonzero:
-/// `from -= transpose(a) * b`. The first `size` rows of `a` and `b` are in use.
-#[inline]
-fn subtract_product(from: &mut Block, columns: usize, (a, b): (&Block, &Block), size: usize) {
-    for (i, row) in from.iter_mut().enumerate().take(columns) {
-        for (a, b) in a.iter().zip(b).take(size) {
-            let amount = a[i];
-            (0..BLOCK).for_each(|j| row[j] -= amount * b[j]);
+/// Subtracts a product in place: `from -= transpose(a) * b`. The first `size` rows of `a` and `b`
+/// are in use.
+#[inline(always)]
+fn subtract_product(from: &mut Block, (a, b): (&Block, &Block), size: usize) {
+    let pairs = || a.iter().zip(b).take(size);
+    update_rows::<0, 0>(from, pairs(), |entry, product| entry - product);
+    update_rows::<2, 0>(from, pairs(), |entry, product| entry - product);
+    update_rows::<4, 0>(from, pairs(), |entry, product| entry - product);
+}
+
+/// Subtracts a product from the upper triangle of a block: `from -= transpose(a) * a`. The first
+/// `size` rows of `a` are in use.
+#[inline(always)]
+fn subtract_square(from: &mut Block, a: &Block, size: usize) {
+    let pairs = || a.iter().zip(a).take(size);
+    update_rows::<0, 0>(from, pairs(), |entry, product| entry - product);
+    update_rows::<2, 2>(from, pairs(), |entry, product| entry - product);
+    update_rows::<4, 4>(from, pairs(), |entry, product| entry - product);
+}
+
+/// Updates the rows `ROW` and `ROW + 1` of a block, from column `FIRST` on, with the outer products
+/// of pairs of vectors. Two rows with constant columns stay in registers.
+#[inline(always)]
+fn update_rows<'a, const ROW: usize, const FIRST: usize>(
+    block: &mut Block,
+    pairs: impl Iterator<Item = (&'a Part, &'a Part)>,
+    update: impl Fn(f64, f64) -> f64,
+) {
+    let [mut upper, mut lower] = [block[ROW], block[ROW + 1]];
+    for (a, b) in pairs {
+        let (of_upper, of_lower) = (a[ROW], a[ROW + 1]);
+        for j in FIRST..BLOCK {
+            upper[j] = update(upper[j], of_upper * b[j]);
+            lower[j] = update(lower[j], of_lower * b[j]);
         }
     }
+    [block[ROW], block[ROW + 1]] = [upper, lower];
+}
+
+/// Computes the product of a lower triangular block and a vector.
+#[inline(always)]
+fn lower_times(lower: &Block, x: &Part) -> Part {
+    let [a, b, c, d, e, f] = lower;
+    [
+        dot_of_pairs::<1>(a, x),
+        dot_of_pairs::<1>(b, x),
+        dot_of_pairs::<2>(c, x),
+        dot_of_pairs::<2>(d, x),
+        dot_of_pairs::<3>(e, x),
+        dot_of_pairs::<3>(f, x),
+    ]
 }
 
 /// Computes the product of the transpose of a lower triangular block and a vector, of which the
 /// first components are given; the others are zero.
+#[inline(always)]
 pub(super) fn upper_times(lower: &Block, x: &[f64]) -> Part {
     let mut product = [0.0; BLOCK];
     for (row, amount) in lower.iter().zip(x) {

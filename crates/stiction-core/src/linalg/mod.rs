@@ -15,7 +15,7 @@ mod static_lu;
 mod svd;
 
 pub(crate) use blocks::{
-    BLOCK, Block, BlockCholesky, Part, Slot, add_outer, add_outer_products, dot,
+    BLOCK, Block, BlockCholesky, Part, Slot, add_outer, add_outer_products, add_squares, dot,
 };
 pub use decomposition::{Decomposition, Limit, SparseVector};
 pub(crate) use decomposition::{greatest, to_dense};
