@@ -1,25 +1,11 @@
 //! Cholesky decomposition of sparse symmetric positive definite block matrices.
 
+use super::block::{
+    BLOCK, Block, NOTHING, Part, dot, inverse_factor, lower_times, multiply_lower,
+    subtract_product, subtract_square, upper_times,
+};
 use super::elimination_order::EliminationOrder;
 use super::hub_cholesky::HubCholesky;
-
-/// Number of rows and columns of a block.
-pub(crate) const BLOCK: usize = 6;
-/// Block vector: the six components of a vector that belong to one block row.
-pub(crate) type Part = [f64; BLOCK];
-/// Square block of a matrix, stored in row-major order.
-pub(crate) type Block = [Part; BLOCK];
-
-pub(super) const NOTHING: Block = [[0.0; BLOCK]; BLOCK];
-const UNIT: Block = {
-    let mut unit = NOTHING;
-    let mut i = 0;
-    while i < BLOCK {
-        unit[i][i] = 1.0;
-        i += 1;
-    }
-    unit
-};
 
 /// Cholesky decomposition of a sparse block matrix. The order of elimination is chosen once, from
 /// the pattern of nonzero blocks alone. This is admissible because any order is stable for positive
@@ -187,7 +173,7 @@ impl BlockCholesky {
     }
 
     /// Returns the block at a storage location, and a flag that is `true` if the block is stored
-    /// transposed.
+    /// transposed. The lower triangles of blocks on the diagonal are not used.
     pub(crate) fn block(&mut self, slot: Slot) -> (&mut Block, bool) {
         match slot {
             Slot::Diagonal(step) => (&mut self.diagonal[step], false),
@@ -275,12 +261,11 @@ impl BlockCholesky {
         for k in own.clone() {
             let block = self.below[k];
             let row = self.rows[k];
-            let columns = self.sizes[row];
-            subtract_product(&mut self.diagonal[row], columns, (&block, &block), size);
+            subtract_square(&mut self.diagonal[row], &block, size);
             for other in k + 1..own.end {
                 let of_row = self.below[other];
                 let to = &mut self.below[self.updates[*next]];
-                subtract_product(to, columns, (&block, &of_row), size);
+                subtract_product(to, (&block, &of_row), size);
                 *next += 1;
             }
         }
@@ -313,125 +298,55 @@ impl BlockCholesky {
             x[*place] = *part;
         }
         for step in 0..self.before_hub() {
-            let size = self.sizes[step];
-            let mut own = [0.0; BLOCK];
-            for (own, row) in own[..size].iter_mut().zip(&self.diagonal[step]) {
-                *own = dot(row, &x[step]);
-            }
-            x[step] = own;
-            for k in self.starts[step]..self.starts[step + 1] {
-                let other = &mut x[self.rows[k]];
-                for (entries, amount) in self.below[k].iter().zip(&own[..size]) {
-                    (0..BLOCK).for_each(|i| other[i] -= entries[i] * amount);
-                }
+            // Constant sizes are faster.
+            match self.sizes[step] {
+                BLOCK => self.substitute(step, BLOCK, x),
+                size => self.substitute(step, size, x),
             }
         }
         if let Some((first, hub)) = &self.hub {
             hub.solve(&mut x[*first..]);
         }
         for step in (0..self.before_hub()).rev() {
-            let size = self.sizes[step];
-            let mut own = x[step];
-            for k in self.starts[step]..self.starts[step + 1] {
-                let other = &x[self.rows[k]];
-                for (own, entries) in own[..size].iter_mut().zip(&self.below[k]) {
-                    *own -= dot(entries, other);
-                }
+            match self.sizes[step] {
+                BLOCK => self.substitute_back(step, BLOCK, x),
+                size => self.substitute_back(step, size, x),
             }
-            x[step] = upper_times(&self.diagonal[step], &own[..size]);
         }
         for (part, place) in vector.iter_mut().zip(&self.place) {
             *part = x[*place];
         }
     }
-}
 
-/// Computes the inverse of the lower Cholesky factor of the first `size` rows and columns of a
-/// block; `None` if a pivot does not exceed `least` or is not finite.
-#[inline(always)]
-pub(super) fn inverse_factor(block: &Block, size: usize, least: f64) -> Option<Block> {
-    let (mut left, mut inverse) = (*block, UNIT);
-    let size = size.min(BLOCK);
-    for j in 0..size {
-        let pivot = left[j][j];
-        if !(pivot > least && pivot.is_finite()) {
-            return None;
+    /// Forward substitution with the block column of a step, of which `size` columns are in use.
+    #[inline(always)]
+    fn substitute(&self, step: usize, size: usize, x: &mut [Part]) {
+        let own = lower_times(&self.diagonal[step], &x[step]);
+        x[step] = own;
+        let blocks = self.starts[step]..self.starts[step + 1];
+        for (block, row) in self.below[blocks.clone()].iter().zip(&self.rows[blocks]) {
+            // The row stays in registers.
+            let mut other = x[*row];
+            for (entries, amount) in block.iter().zip(own).take(size) {
+                (0..BLOCK).for_each(|i| other[i] -= entries[i] * amount);
+            }
+            x[*row] = other;
         }
-        let over = 1.0 / pivot.sqrt();
-        // Column j of the factor, stored as a row, and row j of the inverse of the factor.
-        let (column, row) = (left[j].map(|x| x * over), inverse[j].map(|x| x * over));
-        inverse[j] = row;
-        for i in j + 1..size {
-            let amount = column[i];
-            for k in 0..BLOCK {
-                left[i][k] -= amount * column[k];
-                inverse[i][k] -= amount * row[k];
+    }
+
+    /// Back substitution with the block column of a step, of which `size` columns are in use.
+    #[inline(always)]
+    fn substitute_back(&self, step: usize, size: usize, x: &mut [Part]) {
+        let mut own = x[step];
+        let blocks = self.starts[step]..self.starts[step + 1];
+        for (block, row) in self.below[blocks.clone()].iter().zip(&self.rows[blocks]) {
+            let other = x[*row];
+            for (own, entries) in own.iter_mut().zip(block).take(size) {
+                *own -= dot(entries, &other);
             }
         }
+        x[step] = upper_times(&self.diagonal[step], &own[..size.min(BLOCK)]);
     }
-    Some(inverse)
-}
-
-/// Adds the outer product of two vectors to the given first rows of a block.
-pub(crate) fn add_outer(block: &mut [Part], a: &Part, b: &Part) {
-    for (row, &amount) in block.iter_mut().zip(a) {
-        (0..BLOCK).for_each(|j| row[j] += amount * b[j]);
-    }
-}
-
-/// Adds the sum of the outer products of the vectors `a` and `b` with the same index to the given
-/// first rows of a block.
-pub(crate) fn add_outer_products(block: &mut [Part], a: &[Part], b: &[Part]) {
-    for i in 0..block.len().min(BLOCK) {
-        // The row stays in registers.
-        let mut row = block[i];
-        for (a, b) in a.iter().zip(b) {
-            let amount = a[i];
-            (0..BLOCK).for_each(|j| row[j] += amount * b[j]);
-        }
-        block[i] = row;
-    }
-}
-
-/// Computes the scalar product of two vectors.
-pub(crate) fn dot(a: &Part, b: &Part) -> f64 {
-    let [even, odd] = [0, 1].map(|k| a[k] * b[k] + a[k + 2] * b[k + 2] + a[k + 4] * b[k + 4]);
-    even + odd
-}
-
-/// Multiplies a block, of which `size` rows are in use, by a lower triangular block from the left.
-#[inline(always)]
-fn multiply_lower(lower: &Block, block: &mut Block, size: usize) {
-    // A row of the product depends on this row and the rows above it.
-    for i in (0..size.min(BLOCK)).rev() {
-        let mut row = [0.0; BLOCK];
-        for (amount, other) in lower[i].iter().zip(&*block).take(i + 1) {
-            (0..BLOCK).for_each(|j| row[j] += amount * other[j]);
-        }
-        block[i] = row;
-    }
-}
-
-/// Subtracts a product in place, of which the first `columns` rows are nonzero:
-/// `from -= transpose(a) * b`. The first `size` rows of `a` and `b` are in use.
-#[inline]
-fn subtract_product(from: &mut Block, columns: usize, (a, b): (&Block, &Block), size: usize) {
-    for (i, row) in from.iter_mut().enumerate().take(columns) {
-        for (a, b) in a.iter().zip(b).take(size) {
-            let amount = a[i];
-            (0..BLOCK).for_each(|j| row[j] -= amount * b[j]);
-        }
-    }
-}
-
-/// Computes the product of the transpose of a lower triangular block and a vector, of which the
-/// first components are given; the others are zero.
-pub(super) fn upper_times(lower: &Block, x: &[f64]) -> Part {
-    let mut product = [0.0; BLOCK];
-    for (row, amount) in lower.iter().zip(x) {
-        (0..BLOCK).for_each(|i| product[i] += row[i] * amount);
-    }
-    product
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@
 //! factors. If the sparse factors do not clearly decide the rank, a dense decomposition replaces
 //! them.
 
-use super::blocks::{BLOCK, Part};
+use super::block::{BLOCK, Part};
 use super::sparse::SparseMatrix;
 use super::sparse_qr::{ColumnOrder, SparseQr};
 use super::{Lanczos, MANY_STEPS, Svd};

@@ -1,6 +1,8 @@
 //! Cholesky decomposition of a block diagonal matrix plus a matrix of low rank.
 
-use super::blocks::{BLOCK, Block, NOTHING, Part, add_outer, dot, inverse_factor, upper_times};
+use super::block::{
+    BLOCK, Block, NOTHING, Part, add_outer, dot, inverse_factor, lower_times, upper_times,
+};
 
 /// Cholesky decomposition of `S = D + V W V^T` in linear time, where `D` is block diagonal and `V`
 /// has at most six columns.
@@ -102,7 +104,7 @@ impl HubCholesky {
             }
             let Some(inverse) = inverse_factor(own, BLOCK, least) else { return false };
             *own = inverse;
-            *carried = moved.map(|row| inverse.map(|of| dot(&of, &row)));
+            *carried = moved.map(|row| lower_times(&inverse, &row));
             for (left, a) in left.iter_mut().zip(&*carried) {
                 for (entry, b) in left.iter_mut().zip(&*carried) {
                     *entry -= dot(a, b);
@@ -125,7 +127,7 @@ impl HubCholesky {
         for (part, ((inverse, columns), carried)) in vector.iter_mut().zip(blocks()) {
             let known = upper_times(columns, &before);
             (0..BLOCK).for_each(|i| part[i] -= known[i]);
-            *part = inverse.map(|row| dot(&row, part));
+            *part = lower_times(inverse, part);
             (0..BLOCK).for_each(|i| before[i] += dot(&carried[i], part));
         }
         let mut after = [0.0; BLOCK];

@@ -1,7 +1,7 @@
 //! Largest eigenvalue of a symmetric operator and the corresponding eigenvector, by the Lanczos
 //! method.
 
-use super::blocks::{BLOCK, Part};
+use super::block::{BLOCK, Part};
 
 /// Usual maximum number of Lanczos steps.
 pub(crate) const STEPS: usize = 120;
@@ -81,7 +81,8 @@ impl Lanczos {
                 above = value;
                 let tail = vector_of(diagonal, beside, value, room);
                 if length * tail <= accuracy * value {
-                    next.fill([0.0; BLOCK]);
+                    // The image of the eigenvector, divided by the eigenvalue, is more accurate.
+                    scale(next, room.vector[step] / value);
                     for (k, amount) in room.vector.iter().enumerate() {
                         subtract(next, &basis[k * count..(k + 1) * count], -amount);
                     }

@@ -1,6 +1,7 @@
 //! Linear algebra: LU elimination in a fixed order for kernels, and dense and sparse decompositions
 //! for analysis.
 
+mod block;
 mod blocks;
 mod decomposition;
 mod elimination_order;
@@ -15,9 +16,8 @@ mod static_lu;
 mod svd;
 mod triangular_blocks;
 
-pub(crate) use blocks::{
-    BLOCK, Block, BlockCholesky, Part, Slot, add_outer, add_outer_products, dot,
-};
+pub(crate) use block::{BLOCK, Block, Part, add_outer, add_outer_products, add_squares, dot};
+pub(crate) use blocks::{BlockCholesky, Slot};
 pub use decomposition::{Decomposition, Limit, SparseVector};
 pub(crate) use decomposition::{greatest, to_dense};
 pub(crate) use hub_cholesky::HubCholesky;

@@ -15,8 +15,9 @@ const CERTAIN: f64 = 1e-9;
 /// Distance of the shift from the predicted eigenvalue, as a multiple of the error of the preceding
 /// prediction.
 const SAFETY: f64 = 4.0;
-/// Smallest relative distance of the shift from the predicted eigenvalue.
-const NEAREST: f64 = 1e-4;
+/// Smallest relative distance of the shift from the predicted eigenvalue. It exceeds the round-off
+/// of the smallest eigenvalues for which the matrix is used.
+const NEAREST: f64 = 1e-6;
 /// Largest relative distance of the shift from the predicted eigenvalue.
 const FARTHEST: f64 = 0.5;
 /// Relative distance of the shift from the predicted eigenvalue while the error of no prediction is
@@ -27,17 +28,16 @@ const UNCHECKED: f64 = 0.1;
 /// even if its eigenvector is orthogonal to the preceding one.
 const KNOWN: f64 = 4.0;
 
-/// Smallest eigenvalues at the two most recent configurations, and the eigenvector at the most
+/// Smallest eigenvalues at the three most recent configurations, and the eigenvector at the most
 /// recent one.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Prediction {
-    /// Smallest eigenvalue at the most recent configuration.
-    last: Option<f64>,
-    /// Smallest eigenvalue at the configuration before the most recent one.
-    before: Option<f64>,
-    /// Relative error of the prediction for the most recent configuration; `None` if there was no
-    /// prediction.
-    missed: Option<f64>,
+    /// Smallest eigenvalues at the most recent configuration and at the ones before it, in this
+    /// order.
+    last: [Option<f64>; 3],
+    /// Relative errors of the predictions for the most recent configuration and for the one before
+    /// it; `None` if there was no prediction.
+    missed: [Option<f64>; 2],
     vector: Vec<Part>,
     /// General vector of the start vectors, which is computed at its first use.
     general: Vec<Part>,
@@ -75,7 +75,9 @@ impl Prediction {
     /// is expected. The Cholesky decomposition of the shifted matrix exists only if no eigenvalue
     /// is below the shift.
     pub(super) fn shift(&self) -> Option<Shift> {
-        let missed = self.missed.map_or(UNCHECKED, |missed| SAFETY * missed);
+        // The error of a single prediction may be small by chance.
+        let missed = self.missed.into_iter().flatten().reduce(f64::max);
+        let missed = missed.map_or(UNCHECKED, |missed| SAFETY * missed);
         Shift::below(self.expected()?, missed)
     }
 
@@ -85,15 +87,19 @@ impl Prediction {
     }
 
     fn expected(&self) -> Option<f64> {
-        let last = self.last?;
-        Some(self.before.map_or(last, |before| 2.0 * last - before))
+        match self.last {
+            [Some(a), Some(b), Some(c)] => Some(3.0 * (a - b) + c),
+            [Some(a), Some(b), None] => Some(2.0 * a - b),
+            [last, ..] => last,
+        }
     }
 
     /// Adds the smallest eigenvalue and its eigenvector at the next configuration, and computes the
     /// error of the prediction.
     pub(super) fn add(&mut self, eigenvalue: f64, vector: &[Part]) {
-        self.missed = self.expected().map(|expected| ((eigenvalue - expected) / eigenvalue).abs());
-        self.before = self.last.replace(eigenvalue);
+        let missed = self.expected().map(|expected| ((eigenvalue - expected) / eigenvalue).abs());
+        self.missed = [missed, self.missed[0]];
+        self.last = [Some(eigenvalue), self.last[0], self.last[1]];
         self.vector.clear();
         self.vector.extend_from_slice(vector);
     }
@@ -101,12 +107,12 @@ impl Prediction {
     /// Sets the eigenvalue that is expected at the next configuration, which replaces the
     /// extrapolated one.
     pub(super) fn expect(&mut self, eigenvalue: f64) {
-        (self.last, self.before) = (Some(eigenvalue), None);
+        self.last = [Some(eigenvalue), None, None];
     }
 
     /// Clears the eigenvalues, the eigenvector and the error of the prediction.
     pub(super) fn forget(&mut self) {
-        (self.last, self.before, self.missed) = (None, None, None);
+        (self.last, self.missed) = ([None; 3], [None; 2]);
         self.vector.clear();
     }
 

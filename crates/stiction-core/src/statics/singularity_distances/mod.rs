@@ -21,7 +21,7 @@ use super::prediction::{Prediction, Shift};
 use crate::joint::{Dof, JointType};
 use crate::kinematics::Bodies;
 use crate::linalg::{
-    BLOCK, BlockCholesky, ColumnOrder, Lanczos, Part, Slot, add_outer_products, dot,
+    BLOCK, BlockCholesky, ColumnOrder, Lanczos, Part, Slot, add_outer_products, add_squares, dot,
 };
 use crate::mechanism::Mechanism;
 use crate::parameters::Parameters;
@@ -310,15 +310,16 @@ impl SingularityDistances {
     /// Returns the largest magnitude of an entry of the scaled balance matrix at the configuration
     /// set by [`Self::place`].
     fn largest(&self) -> f64 {
-        let mut largest = 0.0_f64;
+        let greater = |a: f64, b: f64| if a > b { a } else { b };
+        let mut largest = [0.0; BLOCK];
         for (joint, on) in self.joints.iter().zip(&self.on) {
             for (_, columns) in joint.ends.iter().zip(on).filter(|(body, _)| **body > 0) {
-                for entry in columns[..joint.unknowns].iter().flatten() {
-                    largest = if entry.abs() > largest { entry.abs() } else { largest };
+                for column in &columns[..joint.unknowns] {
+                    (0..BLOCK).for_each(|i| largest[i] = greater(column[i].abs(), largest[i]));
                 }
             }
         }
-        largest
+        largest.into_iter().fold(0.0, greater)
     }
 
     /// Computes the scaled unit wrenches of all joints at the configuration of `bodies`.
@@ -388,12 +389,15 @@ impl SingularityDistances {
         for (index, joint) in self.joints.iter().enumerate() {
             let [on_a, on_b] = &self.on[index];
             let (on_a, on_b) = (&on_a[..joint.unknowns], &on_b[..joint.unknowns]);
-            let pairs = [(on_a, on_a), (on_b, on_b), (on_a, on_b)];
-            for (slot, (rows, columns)) in self.body_slots[index].iter().zip(pairs) {
+            let [slot_a, slot_b, slot_ab] = self.body_slots[index];
+            for (slot, on) in [(slot_a, on_a), (slot_b, on_b)] {
                 let Some(slot) = slot else { continue };
-                let (block, transposed) = matrix.block(*slot);
-                let (rows, columns) = if transposed { (columns, rows) } else { (rows, columns) };
-                add_outer_products(block, rows, columns);
+                add_squares(matrix.block(slot).0, on);
+            }
+            let Some(slot) = slot_ab else { continue };
+            match matrix.block(slot) {
+                (block, true) => add_outer_products(block, on_b, on_a),
+                (block, false) => add_outer_products(block, on_a, on_b),
             }
         }
     }
@@ -411,12 +415,12 @@ impl SingularityDistances {
         let matrix = &mut self.by_joints;
         matrix.clear();
         for Meeting { joints: [a, b], ends: [end_a, end_b], slot } in &self.joint_slots {
-            let (rows, columns) = (&self.across[*a][*end_a], &self.across[*b][*end_b]);
-            let (block, transposed) = matrix.block(*slot);
-            let (first, rows, columns) =
-                if transposed { (*b, columns, rows) } else { (*a, rows, columns) };
-            let block = &mut block[..self.joints[first].constraints];
-            add_outer_products(block, rows, columns);
+            let (on_a, on_b) = (&self.across[*a][*end_a], &self.across[*b][*end_b]);
+            match matrix.block(*slot) {
+                (block, _) if a == b => add_squares(block, on_a),
+                (block, true) => add_outer_products(block, on_b, on_a),
+                (block, false) => add_outer_products(block, on_a, on_b),
+            }
         }
         for &(joint, end) in &self.hub_rows {
             matrix.set_hub_row(joint, &self.across[joint][end]);
