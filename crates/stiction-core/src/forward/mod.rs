@@ -152,7 +152,8 @@ impl Forward {
         Self::with_tree(mechanism, TreeRule::Structure, prescribed)
     }
 
-    /// Creates the model like [`Self::new`], with a spanning tree selected by `rule`.
+    /// Creates the model like [`Self::new`], with a spanning tree selected by `rule`. With the rule
+    /// [`TreeRule::Held`], the solver is sparse for any number of DOFs.
     pub fn with_tree(mechanism: Mechanism, rule: TreeRule, prescribed: &[usize]) -> Self {
         let with_shafts = mechanism.with_shafts();
         let simulated = with_shafts.as_ref().map_or(&mechanism, |(simulated, _)| simulated);

@@ -64,10 +64,16 @@ impl TriangularLoads {
 
     /// Solves the equations by Newton's method from the present normal loads. `ends` contains the
     /// number of unknowns up to the end of each group; no group influences earlier groups, except
-    /// for round-off. After a success, the friction forces of the solution are set in `equations`.
+    /// for round-off. Loads count as settled relative to the largest one, or to `scale`, N, if that is
+    /// greater. After a success, the friction forces of the solution are set in `equations`.
     /// Returns false if the method does not converge.
-    pub(crate) fn solve(&mut self, equations: &mut impl LoadEquations, ends: &[usize]) -> bool {
-        let most = UNBOUNDED * largest(&self.loads).max(f64::MIN_POSITIVE);
+    pub(crate) fn solve(
+        &mut self,
+        equations: &mut impl LoadEquations,
+        ends: &[usize],
+        scale: f64,
+    ) -> bool {
+        let most = UNBOUNDED * largest(&self.loads).max(scale).max(f64::MIN_POSITIVE);
         let mut before = f64::INFINITY;
         for _ in 0..STEPS {
             equations.set_loads(&self.loads);
@@ -76,7 +82,7 @@ impl TriangularLoads {
                 return false;
             }
             self.loads.iter_mut().zip(&self.change).for_each(|(load, change)| *load -= change);
-            let (size, largest) = (largest(&self.change), largest(&self.loads));
+            let (size, largest) = (largest(&self.change), largest(&self.loads).max(scale));
             if !(size.is_finite() && largest < most) {
                 return false;
             }

@@ -55,7 +55,7 @@ fn eliminate_column<const J: usize>(
     let (column, row) = (left[J].map(|x| x * over), inverse[J].map(|x| x * over));
     inverse[J] = row;
     // Pairs of entries fill a vector register.
-    let (first, end) = ((J + 1) / 2 * 2, J / 2 * 2 + 2);
+    let (first, end) = (J.div_ceil(2) * 2, J / 2 * 2 + 2);
     for i in J + 1..size {
         let amount = column[i];
         (first..BLOCK).for_each(|k| left[i][k] -= amount * column[k]);

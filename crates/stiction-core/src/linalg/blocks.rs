@@ -284,7 +284,8 @@ impl BlockCholesky {
     }
 
     /// Solves for the right-hand side `vector` in place, after [`Self::factor`]. `vector` contains
-    /// six components for each block row, in the row order of the matrix.
+    /// six components for each block row, in the row order of the matrix; components that
+    /// [`Self::with_sizes`] excludes must be zero.
     pub(crate) fn solve(&mut self, vector: &mut [Part]) {
         let mut solution = core::mem::take(&mut self.solution);
         self.solve_with(vector, &mut solution);

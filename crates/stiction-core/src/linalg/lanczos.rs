@@ -82,7 +82,8 @@ impl Lanczos {
                 let tail = vector_of(diagonal, beside, value, room);
                 if length * tail <= accuracy * value {
                     // The image of the eigenvector, divided by the eigenvalue, is more accurate.
-                    scale(next, room.vector[step] / value);
+                    let part = if value > 0.0 { room.vector[step] / value } else { 0.0 };
+                    scale(next, part);
                     for (k, amount) in room.vector.iter().enumerate() {
                         subtract(next, &basis[k * count..(k + 1) * count], -amount);
                     }

@@ -17,7 +17,7 @@ const CERTAIN: f64 = 1e-9;
 const SAFETY: f64 = 4.0;
 /// Smallest relative distance of the shift from the predicted eigenvalue. It exceeds the round-off
 /// of the smallest eigenvalues for which the matrix is used.
-const NEAREST: f64 = 1e-6;
+const NEAREST: f64 = 1e-5;
 /// Largest relative distance of the shift from the predicted eigenvalue.
 const FARTHEST: f64 = 0.5;
 /// Relative distance of the shift from the predicted eigenvalue while the error of no prediction is

@@ -6,8 +6,8 @@
 //! joint to a parent in the tree. Every leg is then a chain between two such bodies, or between
 //! such a body and the ground, and is independent of the other legs. Each chain is cut at one
 //! joint; the wrench of the cut joint is the unknown of the chain. The cost therefore grows
-//! linearly with the number of legs and loops. In large models of forward dynamics, one chain from
-//! the ground holds such a body if possible.
+//! linearly with the number of legs and loops. In large mechanisms, one chain from the ground holds
+//! such a body if possible.
 
 mod graph;
 
@@ -66,6 +66,7 @@ pub struct Topology {
     /// Rigid gearings. Their joints are in the spanning tree, so each gearing is an equation
     /// between coordinates of the tree.
     pub(crate) gearings: Vec<GearedDofs>,
+    /// True if the tree is that of the rule [`TreeRule::Held`].
     is_held: bool,
 }
 
@@ -211,7 +212,7 @@ impl Topology {
         }
     }
 
-    /// Returns true if bodies are held by [`TreeRule::Held`].
+    /// Returns true if the tree is that of the rule [`TreeRule::Held`].
     pub(crate) fn is_held(&self) -> bool {
         self.is_held
     }

@@ -9,7 +9,6 @@ use stiction_core::kinematics::{Coordinate, Target};
 use stiction_core::mechanism::{BodyId, JointId};
 use stiction_core::random::Random;
 use stiction_core::spatial::{Pose, Vec3};
-use stiction_core::topology::TreeRule;
 use stiction_format::gallery;
 use stiction_program::{ForwardProgram, Memory, RecordError};
 
@@ -270,7 +269,7 @@ fn agrees_with_forward_dynamics(name: &str, mut robot: Robot) {
     let length = robot.solver.mechanism().characteristic_length();
     // The states are those of the spanning tree of inverse dynamics.
     let mechanism = robot.solver.mechanism().clone();
-    let general = Forward::with_tree(mechanism, TreeRule::Structure, &[]);
+    let general = Forward::new(mechanism, &[]);
     let mut random = Random::new(6);
     let program = record(&robot, true);
     let lanes = program.lanes();

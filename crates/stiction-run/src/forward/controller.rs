@@ -9,7 +9,6 @@ use nalgebra::{DMatrix, DVector};
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, Settings};
 use stiction_core::forward::Forward;
 use stiction_core::kinematics::{Bodies, Coordinate, State, Target};
-use stiction_core::topology::TreeRule;
 use stiction_format::{Control, ControlType, FrictionFeed, ModelFile};
 
 /// Gains and effort limit of the controller of one actuator.
@@ -286,7 +285,7 @@ fn mass_matrix(model: &mut InverseDynamics, motors: &Motors) -> Result<DMatrix<f
     // The state refers to the spanning tree of the model without friction. With friction, the
     // spanning tree may also contain motor shafts.
     let mechanism = model.mechanism().without_friction();
-    let forward = Forward::with_tree(mechanism, TreeRule::Structure, &[]);
+    let forward = Forward::new(mechanism, &[]);
     let mut targets: Vec<Target<f64>> = actuators
         .map(|(joint, dof)| Target {
             rate: 0.0,

@@ -8,7 +8,6 @@ use stiction_core::dynamics::{AppliedLoad, FrictionMode};
 use stiction_core::forward::Forward;
 use stiction_core::kinematics::{Bodies, Target};
 use stiction_core::spatial::Pose;
-use stiction_core::topology::TreeRule;
 use stiction_format::Side;
 
 /// Inverse dynamics along the motion that a simulation follows. It yields the reference motions of
@@ -35,7 +34,7 @@ impl<'a> Guide<'a> {
         let job = crate::Job { friction, ..along };
         let mut follower = job.assemble(motion.start)?;
         follower.solver.settings_mut().friction = friction;
-        let tree = Forward::with_tree(model.mechanism.without_friction(), TreeRule::Structure, &[]);
+        let tree = Forward::new(model.mechanism.without_friction(), &[]);
         Ok(Some(Self { job, tree, follower, loads: Vec::new() }))
     }
 

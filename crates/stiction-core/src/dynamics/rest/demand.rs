@@ -64,6 +64,11 @@ impl Equation {
         let reach = map.reach(&slopes, couplings.influencing());
         Self { slopes, missing, reach }
     }
+
+    /// Returns the largest influence of a friction component on the equation.
+    pub(super) fn strength(&self) -> f64 {
+        self.slopes.iter().fold(0.0, |most, slope| most.max(slope.abs()))
+    }
 }
 
 /// System of linear equations for the friction forces, `slopes * frictions = missing`.

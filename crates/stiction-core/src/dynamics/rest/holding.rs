@@ -65,15 +65,18 @@ pub(super) fn hold(
     let mut frictions = vec![0.0; map.len()];
     let (mut not_enough, mut enough) = (0.0_f64, 0.0_f64);
     let size = equations.iter().map(|equation| equation.missing.powi(2)).sum::<f64>().sqrt();
+    let strength = |group: &[&Equation]| group.iter().map(|own| own.strength()).fold(0.0, f64::max);
+    let negligible = NOTHING * strength(equations);
     for group in independent_groups(map, equations) {
         if group.iter().all(|equation| equation.missing == 0.0) {
             continue;
         }
         let reach: BTreeSet<usize> =
             group.iter().flat_map(|own| own.reach.iter().copied()).collect();
-        if reach.is_empty() {
-            // No friction influences these equations.
-            let lost = group.iter().any(|own| own.missing.abs() > NOTHING * size);
+        if reach.is_empty() || strength(&group) <= negligible {
+            // No friction influences these equations, except for round-off.
+            let is_met = |own: &&Equation| own.missing.abs() <= NOTHING * size;
+            let lost = !group.iter().all(is_met);
             not_enough = if lost { f64::INFINITY } else { not_enough };
             continue;
         }

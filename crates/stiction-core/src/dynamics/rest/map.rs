@@ -237,8 +237,8 @@ impl<'a> FrictionMap<'a> {
         Couplings::new(self, SparseMatrix::new((count, count), entries.into_iter()))
     }
 
-    /// Computes the column of an interface in the matrix of [`Self::couplings_without`], as pairs of
-    /// row and bound. `removed` contains the changes of the wrenches of all interfaces that
+    /// Computes the column of an interface in the matrix of [`Self::couplings_without`], as pairs
+    /// of row and bound. `removed` contains the changes of the wrenches of all interfaces that
     /// frictions equal to the vectors `without` cause.
     fn column_without<'b>(
         &'b self,

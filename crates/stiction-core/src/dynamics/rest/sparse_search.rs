@@ -34,6 +34,9 @@ pub(super) struct SparseSearch<'a> {
     unknowns: Vec<usize>,
     /// Number of unknowns up to the end of each group.
     ends: Vec<usize>,
+    /// Largest normal load of all interfaces without friction, N: loads that are much smaller are
+    /// round-off.
+    largest_load: f64,
     /// Derivatives of the effort with respect to the normal loads.
     weights: Vec<f64>,
     /// Change of the effort through the normal loads, per newton of each component.
@@ -161,11 +164,17 @@ impl<'a> SparseSearch<'a> {
             amounts: blocks.clone(),
             places: vec![usize::MAX; states.len()],
         };
+        let loads = (0..states.len()).map(|interface| {
+            let wrench = friction.wrench(interface);
+            at.normal_load(interface, wrench, OwnFriction::none()).value
+        });
+        let largest_load = loads.fold(0.0, f64::max);
         Self {
             inverse,
             topology,
             settings,
             group_of,
+            largest_load,
             friction,
             loads: TriangularLoads::default(),
             unknowns: Vec::new(),
@@ -253,7 +262,8 @@ impl<'a> SparseSearch<'a> {
     /// friction if `is_new`, otherwise from those of the last solution. `None` if Newton's method
     /// fails.
     fn settle(&mut self, frictions: &[StaticFriction], is_new: bool) -> Option<()> {
-        let Self { inverse, topology, settings, friction, unknowns, ends, .. } = self;
+        let Self { inverse, topology, settings, friction, unknowns, ends, largest_load, .. } = self;
+        let largest_load = *largest_load;
         let mut next = frictions.iter().peekable();
         for k in 0..friction.interfaces.len() {
             let interface = friction.interfaces[k];
@@ -276,16 +286,20 @@ impl<'a> SparseSearch<'a> {
             ends.extend(is_last.then_some(place + 1));
         }
         let mut equations = Equations { friction, unknowns };
-        if is_new || !self.loads.fits(equations.unknowns.len()) {
+        let is_cold = is_new || !self.loads.fits(equations.unknowns.len());
+        if is_cold {
             self.start_uncoupled();
             equations = Equations { friction: &mut self.friction, unknowns: &self.unknowns };
         }
-        if self.loads.solve(&mut equations, &self.ends) {
+        if self.loads.solve(&mut equations, &self.ends, largest_load) {
             return Some(());
+        }
+        if is_cold {
+            return None;
         }
         self.start_uncoupled();
         let mut equations = Equations { friction: &mut self.friction, unknowns: &self.unknowns };
-        self.loads.solve(&mut equations, &self.ends).then_some(())
+        self.loads.solve(&mut equations, &self.ends, largest_load).then_some(())
     }
 
     /// Sets the unknown normal loads to those without the friction that depends on them.

@@ -138,9 +138,12 @@ impl Given<'_> {
             let (_, jacobian) = at(state);
             let groups: Vec<usize> = (0..jacobian.ncols()).collect();
             let limit = Limit::OfOrderOne(NEARLY_SINGULAR);
-            let decomposition = Decomposition::new(jacobian.clone(), &groups, limit);
+            if jacobian.nrows() == 0 {
+                return;
+            }
+            let decomposition = Decomposition::new(jacobian, &groups, limit);
             let open = decomposition.orthonormal_null_space(decomposition.rank());
-            if open.is_empty() || jacobian.nrows() == 0 {
+            if open.is_empty() {
                 return;
             }
             let basis = DMatrix::from_columns(&open);
@@ -163,7 +166,7 @@ impl Given<'_> {
                 })
                 .collect();
             let slopes = Svd::new(&DMatrix::from_columns(&columns));
-            let right = -projected(&jacobian);
+            let right = -projected(decomposition.matrix());
             let amounts = slopes.solve(&right, slopes.rank_of_order_one(NEARLY_SINGULAR));
             let step: DVector<f64> = &basis * amounts;
             // Longer steps would lead to another configuration.

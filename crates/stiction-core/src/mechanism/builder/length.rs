@@ -30,7 +30,7 @@ pub(super) fn own_length(bodies: &[Body], joints: &[Joint]) -> f64 {
             largest = squares.iter().copied().fold(largest, f64::max);
         }
     }
-    // Squared distances, each from one point, so that most of them occur twice.
+    // Squared distances, each from one point: distances between near points occur twice.
     let mut counted = Vec::new();
     for points in &points_of {
         for &point in points {
@@ -50,6 +50,8 @@ pub(super) fn own_length(bodies: &[Body], joints: &[Joint]) -> f64 {
     }
     // Sort, so that round-off does not depend on the order of bodies and joints.
     counted.sort_by(f64::total_cmp);
+    // Equal distances are neighbours after sorting, so that the sum of halves has the digits of the
+    // sum over all pairs if all of them count.
     let halves = counted.chunks(2).map(|both| 0.5 * both.iter().sum::<f64>());
     (halves.sum::<f64>() / (0.5 * counted.len() as f64)).sqrt()
 }
