@@ -208,8 +208,9 @@ fn poses_of_row(mechanism: &Mechanism, count: usize) -> Vec<(BodyId, Pose<f64>)>
 /// of its loops, and its smallest singular values are above the limits of zero.
 #[test]
 fn long_rows_have_the_length_of_their_loops() {
-    let [short, long] = [20, 400].map(|count| row(count).characteristic_length());
-    assert!((0.5..2.0).contains(&short) && (long / short - 1.0).abs() < 0.1, "{short} {long}");
+    let [short, long] = [100, 400].map(|count| row(count).characteristic_length());
+    // The six nearest points are farther away at both ends of the row.
+    assert!((0.5..2.0).contains(&short) && (long / short - 1.0).abs() < 0.05, "{short} {long}");
 }
 
 /// States of inverse dynamics fit the model of forward dynamics also where the bodies of large
