@@ -11,10 +11,10 @@ pub(super) const STEPS: usize = 30;
 /// The iteration has converged if the relative change of the loads in the last step is at most this
 /// value. The remaining error is about the square of this change, so it is at round-off even if the
 /// system is close to singular.
-pub(super) const SETTLED: f64 = 1e-9;
+const SETTLED: f64 = 1e-9;
 /// Once the changes no longer decrease, loads with a relative change of at most this value are
 /// accepted, because only round-off remains.
-pub(super) const STAGNATED: f64 = 1e-10;
+const STAGNATED: f64 = 1e-10;
 /// Normal loads above this multiple of the largest starting load count as unbounded.
 pub(crate) const UNBOUNDED: f64 = 1e9;
 
@@ -93,10 +93,7 @@ impl LoadProblem {
             if !(size.is_finite() && largest < accepted.most) {
                 return None;
             }
-            let done = size <= SETTLED * largest
-                || (size >= before && size <= STAGNATED * largest)
-                || largest == 0.0;
-            if done {
+            if is_settled(size, before, largest) {
                 return Some(positive);
             }
             before = size;
@@ -142,6 +139,12 @@ impl LoadProblem {
         }
         solve_in_place(matrix, right).map(|_| ())
     }
+}
+
+/// Returns true if loads, of which the largest is `largest`, are a solution after a Newton step that
+/// changed them by `size`, and the step before it by `before`, N.
+pub(super) fn is_settled(size: f64, before: f64, largest: f64) -> bool {
+    size <= SETTLED * largest || (size >= before && size <= STAGNATED * largest) || largest == 0.0
 }
 
 /// Largest magnitude of the numbers; NaN if any number is NaN.

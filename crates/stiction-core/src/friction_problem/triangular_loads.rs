@@ -6,7 +6,7 @@
 //!
 //! Equation (D3) of the book's theory.
 
-use super::newton::{SETTLED, STAGNATED, STEPS, UNBOUNDED, largest};
+use super::newton::{STEPS, UNBOUNDED, is_settled, largest};
 use super::small_system::{Four, blocks_of, solve_in_place};
 use crate::scalar::Scalar;
 use crate::spatial::Twist;
@@ -86,10 +86,7 @@ impl TriangularLoads {
             if !(size.is_finite() && largest < most) {
                 return false;
             }
-            let done = size <= SETTLED * largest
-                || (size >= before && size <= STAGNATED * largest)
-                || largest == 0.0;
-            if done {
+            if is_settled(size, before, largest) {
                 equations.set_loads(&self.loads);
                 return true;
             }

@@ -111,6 +111,16 @@ impl SparseMatrix {
         Self::new((self.rows, columns.len()), entries)
     }
 
+    /// Returns the square matrix of the rows and columns with the given indices, in ascending order.
+    #[must_use]
+    pub(crate) fn select(&self, indices: &[usize]) -> Self {
+        let entries = indices.iter().enumerate().flat_map(|(to, &from)| {
+            let of_row = move |(row, value)| Some((indices.binary_search(&row).ok()?, to, value));
+            self.column(from).filter_map(of_row)
+        });
+        Self::new((indices.len(), indices.len()), entries)
+    }
+
     /// Splits the matrix into blocks that have no rows or columns in common, ordered by their first
     /// columns. The blocks contain all columns and all rows with entries, in the order of the
     /// matrix.

@@ -132,10 +132,11 @@ pub(in crate::dynamics) fn bound_efforts(
             search.extremes(&goals, forces.efforts.len())
         }
         (true, true) => {
-            let reach = |k| map.reach(&map.slopes(k), couplings.influencing());
+            let reach = |goal: Goal| map.reach(&map.slopes(goal.actuator), couplings.influencing());
             let (known, bounds) = ((&*inverse, topology), (&influences, &couplings));
             let mut search = SparseSearch::new(coupling, known, at, settings, bounds);
-            let each = (0..forces.efforts.len()).map(|k| search.extremes(k, &reach(k), &released));
+            let pairs = goals.as_chunks().0.iter();
+            let each = pairs.map(|pair| search.extremes(*pair, &reach(pair[0]), &released));
             each.collect::<Option<Vec<_>>>().map(|each| each.into_iter().flatten().collect())
         }
     };

@@ -3,6 +3,7 @@
 //! Equation (R2) of the book's theory.
 
 use super::map::FrictionMap;
+use crate::friction_problem::newton::largest;
 use crate::friction_problem::uniqueness::radius_bound;
 use crate::linalg::{SparseMatrix, triangular_blocks};
 use core::cell::OnceCell;
@@ -47,13 +48,7 @@ impl Couplings {
 
     /// Returns the bounds for a selection of the interfaces, see [`FrictionMap::restricted`].
     pub(super) fn restricted(&self, map: &FrictionMap<'_>, interfaces: &[usize]) -> Self {
-        let entries = interfaces.iter().enumerate().flat_map(|(column, &owner)| {
-            let of_row =
-                move |(row, bound)| Some((interfaces.binary_search(&row).ok()?, column, bound));
-            self.bounds.column(owner).filter_map(of_row)
-        });
-        let count = interfaces.len();
-        Self::new(map, SparseMatrix::new((count, count), entries))
+        Self::new(map, self.bounds.select(interfaces))
     }
 
     /// Returns the bounds of the influence of the friction of one interface on the normal forces,
@@ -72,10 +67,12 @@ impl Couplings {
     pub(super) fn radius(&self) -> f64 {
         *self.radius.get_or_init(|| {
             // The spectral radius of a block triangular matrix is that of a diagonal block.
-            let radii = self.blocks().iter().map(|block| match self.dense(block)[..] {
-                [entry] if entry.is_finite() => entry,
-                // The transpose has the same spectral radius.
-                ref matrix => radius_bound(matrix, block.len(), &mut Default::default()),
+            let radii = self.blocks().iter().map(|block| {
+                match self.of_limits.select(block).to_dense().as_slice() {
+                    [entry] if entry.is_finite() => *entry,
+                    // The transpose has the same spectral radius.
+                    matrix => radius_bound(matrix, block.len(), &mut Default::default()),
+                }
             });
             radii.fold(0.0, f64::max)
         })
@@ -92,20 +89,6 @@ impl Couplings {
 
     fn blocks(&self) -> &[Vec<usize>] {
         self.blocks.get_or_init(|| triangular_blocks(&self.of_limits))
-    }
-
-    /// Returns a diagonal block of the influence on friction limits, column by column.
-    fn dense(&self, block: &[usize]) -> Vec<f64> {
-        let count = block.len();
-        let mut matrix = vec![0.0; count * count];
-        for (column, own) in block.iter().zip(matrix.chunks_exact_mut(count)) {
-            for (row, entry) in self.of_limits.column(*column) {
-                if let Ok(row) = block.binary_search(&row) {
-                    own[row] = entry;
-                }
-            }
-        }
-        matrix
     }
 
     /// Solves `x = constants + part M x` with the influence `M` on friction limits. The spectral
@@ -129,15 +112,6 @@ impl Couplings {
         self.solve(part, constants, &solution)
     }
 
-    /// Returns a diagonal block of the influence on friction limits.
-    fn diagonal(&self, block: &[usize]) -> SparseMatrix {
-        let entries = block.iter().enumerate().flat_map(|(column, own)| {
-            let of_row = move |(row, entry)| Some((block.binary_search(&row).ok()?, column, entry));
-            self.of_limits.column(*own).filter_map(of_row)
-        });
-        SparseMatrix::new((block.len(), block.len()), entries)
-    }
-
     /// Solves `x = constants + part M x` by elimination of the diagonal blocks of `M`, or by
     /// iteration from `start` in large blocks. Parts of a mechanism that are loaded lightly have
     /// the same relative accuracy as the others.
@@ -146,17 +120,16 @@ impl Couplings {
         for block in self.blocks() {
             let of_block = |all: &[f64]| block.iter().map(|&k| all[k]).collect::<Vec<f64>>();
             let right = of_block(&solution);
+            let influence = self.of_limits.select(block);
             let iterated = match block.len() >= LARGE {
-                true => iterate(&self.diagonal(block), part, &right, of_block(start)),
+                true => iterate(&influence, part, &right, of_block(start)),
                 false => None,
             };
             let found = match iterated {
                 Some(found) => found,
                 None => {
-                    let count = block.len();
-                    let mut matrix = nalgebra::DMatrix::from_vec(count, count, self.dense(block));
-                    matrix *= -part;
-                    (0..count).for_each(|k| matrix[(k, k)] += 1.0);
+                    let mut matrix = influence.to_dense() * -part;
+                    (0..block.len()).for_each(|k| matrix[(k, k)] += 1.0);
                     matrix.lu().solve(&DVector::from_vec(right))?.as_slice().to_vec()
                 }
             };
@@ -190,7 +163,6 @@ fn iterate(
         influence.times(x).iter().zip(x).map(|(product, x)| x - part * product).collect()
     };
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let largest = |x: &[f64]| x.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
     let residual = |x: &[f64]| -> Vec<f64> {
         constants.iter().zip(apply(x)).map(|(constant, own)| constant - own).collect()
     };

@@ -215,8 +215,8 @@ impl<'a> FrictionMap<'a> {
         }
     }
 
-    /// Returns the bounds [`Self::couplings`], here `plain`, without the component of each friction
-    /// in the span of the orthonormal vectors `without`.
+    /// Returns bounds like [`Self::couplings`] for friction without its component in the span of the
+    /// orthonormal vectors `without`. `plain` contains the bounds for complete friction.
     pub(super) fn couplings_without(&self, plain: &Couplings, without: &[&[f64]]) -> Couplings {
         let count = self.interfaces();
         if !self.coupled || without.len() == self.len() {

@@ -4,6 +4,7 @@
 
 use super::couplings::Couplings;
 use super::map::FrictionMap;
+use crate::friction_problem::newton::largest;
 
 /// Computes an upper bound of the friction force of each interface, N, for forward and backward
 /// sliding (positive and negative friction). The bound is valid for all solutions of the friction
@@ -34,8 +35,8 @@ pub(super) fn greatest_frictions(
         return None;
     }
     let greatest = couplings.fixed_point(part, &constants)?;
-    let largest = greatest.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
-    let sound = greatest.iter().all(|x| x.is_finite() && *x >= -1e-12 * largest);
+    let least = -1e-12 * largest(&greatest);
+    let sound = greatest.iter().all(|x| x.is_finite() && *x >= least);
     let limit = |(interface, greatest): (usize, &f64)| {
         let [forward, backward] = map.coefficients(interface);
         let most = forward.max(backward);

@@ -10,10 +10,65 @@ use crate::dynamics::inverse::Inverse;
 use crate::dynamics::settings::Settings;
 use crate::friction_problem::normal_load::Configuration;
 use crate::topology::Topology;
+use core::ops::Range;
 
 /// Largest number of updates of the directions of static friction. The limit is larger than that in
 /// `rest::bounds`, because an update here is cheaper than a complete solution there.
-pub(super) const ROUNDS: usize = 16;
+const ROUNDS: usize = 16;
+
+/// Coupled problem of normal loads and friction at rest, for given static friction.
+pub(super) trait StaticProblem {
+    /// Solves the problem: from the normal loads without friction if `is_new`, otherwise from those
+    /// of the last solution. `None` if Newton's method fails.
+    fn settle(&mut self, frictions: &[StaticFriction], is_new: bool) -> Option<()>;
+
+    /// Computes the derivative of an effort with respect to each component of static friction, in
+    /// units of the friction limit, at the solution. `None` if the coupling is singular.
+    fn slopes(&mut self, actuator: usize, slopes: &mut Vec<f64>) -> Option<()>;
+
+    /// Returns the places of the components of an interface in [`Self::slopes`].
+    fn components(&self, interface: usize) -> Range<usize>;
+
+    /// Returns an effort at the solution, N or N m.
+    fn effort(&self, actuator: usize) -> f64;
+}
+
+/// Finds the largest (smallest) value of an effort by repeatedly turning static friction along the
+/// derivatives of the effort, which are exact, from the adjoint of the coupled problem. `released`
+/// contains the interfaces at rest with zero static friction, and `slopes` the derivatives there.
+/// `None` if the problem has no solution or no derivatives.
+pub(super) fn extreme_of(
+    problem: &mut impl StaticProblem,
+    goal: Goal,
+    released: &[StaticFriction],
+    slopes: &[f64],
+) -> Option<Extreme> {
+    let mut found = Extreme { least: f64::INFINITY, greatest: f64::NEG_INFINITY };
+    let mut frictions = released.to_vec();
+    let mut slopes = slopes.to_vec();
+    for round in 0..ROUNDS {
+        if round > 0 {
+            problem.slopes(goal.actuator, &mut slopes)?;
+        }
+        let next: Vec<StaticFriction> = frictions
+            .iter()
+            .map(|friction| {
+                let own = &slopes[problem.components(friction.interface)];
+                friction.towards(own.iter().map(|slope| goal.sense * slope))
+            })
+            .collect();
+        if next.iter().zip(&frictions).all(|(next, friction)| next.is_near(friction)) {
+            break;
+        }
+        frictions = next;
+        // Directions change little after the first update.
+        problem.settle(&frictions, round == 0)?;
+        let effort = problem.effort(goal.actuator);
+        let Extreme { least, greatest } = found;
+        found = Extreme { least: least.min(effort), greatest: greatest.max(effort) };
+    }
+    Some(found)
+}
 
 /// Search for extreme efforts over the static friction forces of the interfaces at rest.
 pub(super) struct Search<'a> {
@@ -27,53 +82,26 @@ pub(super) struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Finds the largest (smallest) efforts that static friction can cause, one for each goal. The
-    /// derivatives of the efforts are exact, from the adjoint of the coupled problem. Friction
-    /// forces that satisfy all friction laws attain each result. `None` if Newton's method fails.
+    /// Finds the largest (smallest) efforts that static friction can cause, one for each goal.
+    /// Friction forces that satisfy all friction laws attain each result. `None` if Newton's method
+    /// fails.
     pub(super) fn extremes(&mut self, goals: &[Goal], efforts: usize) -> Option<Vec<Extreme>> {
         // All searches start without static friction.
-        self.settle(self.released, Start::Uncoupled)?;
+        self.settle(self.released, true)?;
         let mut released = vec![Vec::new(); efforts];
         for (actuator, slopes) in released.iter_mut().enumerate() {
-            self.coupling.slopes(actuator, self.at, slopes)?;
+            self.slopes(actuator, slopes)?;
         }
-        goals.iter().map(|goal| self.extreme(*goal, &released[goal.actuator])).collect()
+        let at_rest = self.released;
+        goals
+            .iter()
+            .map(|goal| extreme_of(self, *goal, at_rest, &released[goal.actuator]))
+            .collect()
     }
+}
 
-    /// Finds the largest (smallest) value of an effort. `released` contains the derivatives of the
-    /// effort with respect to the static friction, at zero static friction.
-    fn extreme(&mut self, goal: Goal, released: &[f64]) -> Option<Extreme> {
-        let mut found = Extreme { least: f64::INFINITY, greatest: f64::NEG_INFINITY };
-        let mut frictions = self.released.to_vec();
-        let mut slopes = released.to_vec();
-        for round in 0..ROUNDS {
-            if round > 0 {
-                self.coupling.slopes(goal.actuator, self.at, &mut slopes)?;
-            }
-            let next: Vec<StaticFriction> = frictions
-                .iter()
-                .map(|friction| {
-                    let own = &slopes[self.coupling.components(friction.interface)];
-                    friction.towards(own.iter().map(|slope| goal.sense * slope))
-                })
-                .collect();
-            if next.iter().zip(&frictions).all(|(next, friction)| next.is_near(friction)) {
-                break;
-            }
-            frictions = next;
-            // Directions change little after the first update.
-            let start = if round == 0 { Start::Uncoupled } else { Start::Last };
-            self.settle(&frictions, start)?;
-            let effort = self.coupling.effort(goal.actuator);
-            let Extreme { least, greatest } = found;
-            found = Extreme { least: least.min(effort), greatest: greatest.max(effort) };
-        }
-        Some(found)
-    }
-
-    /// Solves the coupled problem with the static friction in `frictions`; `None` if Newton's
-    /// method fails.
-    fn settle(&mut self, frictions: &[StaticFriction], start: Start<'_>) -> Option<()> {
+impl StaticProblem for Search<'_> {
+    fn settle(&mut self, frictions: &[StaticFriction], is_new: bool) -> Option<()> {
         let Self { inverse, topology, at, settings, .. } = *self;
         let mut next = frictions.iter().peekable();
         let acting = (0..inverse.interfaces().len()).map(|interface| {
@@ -82,7 +110,20 @@ impl Search<'_> {
             acting_with((inverse, topology, at, settings), interface, held)
         });
         self.coupling.act(acting, at);
+        let start = if is_new { Start::Uncoupled } else { Start::Last };
         self.coupling.settle(at, start).then_some(())
+    }
+
+    fn slopes(&mut self, actuator: usize, slopes: &mut Vec<f64>) -> Option<()> {
+        self.coupling.slopes(actuator, self.at, slopes)
+    }
+
+    fn components(&self, interface: usize) -> Range<usize> {
+        self.coupling.components(interface)
+    }
+
+    fn effort(&self, actuator: usize) -> f64 {
+        self.coupling.effort(actuator)
     }
 }
 

@@ -6,9 +6,9 @@
 //!
 //! Equation (R1) of the book's theory.
 
-use super::bounds::{Extreme, StaticFriction};
+use super::bounds::{Extreme, Goal, StaticFriction};
 use super::couplings::Couplings;
-use super::search::{ROUNDS, acting_with};
+use super::search::{StaticProblem, acting_with, extreme_of};
 use crate::dynamics::balance::{Four, WIDTH};
 use crate::dynamics::coupling::{Acting, FrictionCoupling};
 use crate::dynamics::inverse::Inverse;
@@ -20,6 +20,7 @@ use crate::friction_problem::triangular_loads::{LoadEquations, TriangularLoads};
 use crate::scalar::Scalar;
 use crate::spatial::{Twist, Vec3, Wrench};
 use crate::topology::Topology;
+use core::ops::Range;
 
 /// Search for extreme efforts over the static friction forces of the interfaces at rest.
 pub(super) struct SparseSearch<'a> {
@@ -30,6 +31,9 @@ pub(super) struct SparseSearch<'a> {
     group_of: Vec<usize>,
     friction: RegionFriction<'a>,
     loads: TriangularLoads,
+    /// Place of the first friction component of each interface that takes part among those of all
+    /// of them.
+    starts: Vec<usize>,
     /// Interfaces whose normal loads are unknowns, group by group.
     unknowns: Vec<usize>,
     /// Number of unknowns up to the end of each group.
@@ -177,6 +181,7 @@ impl<'a> SparseSearch<'a> {
             largest_load,
             friction,
             loads: TriangularLoads::default(),
+            starts: Vec::new(),
             unknowns: Vec::new(),
             ends: Vec::new(),
             weights: Vec::new(),
@@ -184,18 +189,24 @@ impl<'a> SparseSearch<'a> {
         }
     }
 
-    /// Finds the smallest and the largest value of an effort that static friction can cause, each
-    /// as an [`Extreme`] of the values found in its search. `region` lists the interfaces whose
+    /// Finds the largest and the smallest value of an effort that static friction can cause, one for
+    /// each of the two goals. `region` lists the interfaces whose
     /// friction can change the effort, in ascending order, and `released` those at rest, with zero
     /// static friction. `None` if Newton's method fails.
     pub(super) fn extremes(
         &mut self,
-        actuator: usize,
+        goals: [Goal; 2],
         region: &[usize],
         released: &[StaticFriction],
     ) -> Option<[Extreme; 2]> {
         self.friction.interfaces.clear();
         self.friction.interfaces.extend_from_slice(region);
+        self.starts.clear();
+        self.starts.extend(region.iter().scan(0, |next, &interface| {
+            let first = *next;
+            *next += self.friction.responses.components(interface).len();
+            Some(first)
+        }));
         let own = |interface: &usize| {
             let place = released.binary_search_by_key(interface, |friction| friction.interface);
             place.ok().map(|place| released[place])
@@ -203,9 +214,8 @@ impl<'a> SparseSearch<'a> {
         let released: Vec<StaticFriction> = region.iter().filter_map(own).collect();
         self.settle(&released, true)?;
         let mut slopes = Vec::new();
-        self.slopes(actuator, &mut slopes)?;
-        let [greatest, least] =
-            [1.0, -1.0].map(|sense| self.extreme((actuator, sense), &released, &slopes));
+        self.slopes(goals[0].actuator, &mut slopes)?;
+        let [greatest, least] = goals.map(|goal| extreme_of(self, goal, &released, &slopes));
         let found = [greatest?, least?];
         // The friction of one region must not act in another one.
         for &interface in region {
@@ -217,50 +227,20 @@ impl<'a> SparseSearch<'a> {
         Some(found)
     }
 
-    /// Finds the largest (smallest) value of an effort, as in `rest::search`. `slopes` contains the
-    /// derivatives of the effort with respect to the friction components of the region, at the
-    /// friction `released`.
-    fn extreme(
-        &mut self,
-        (actuator, sense): (usize, f64),
-        released: &[StaticFriction],
-        slopes: &[f64],
-    ) -> Option<Extreme> {
-        let mut found = Extreme { least: f64::INFINITY, greatest: f64::NEG_INFINITY };
-        let mut frictions = released.to_vec();
-        let mut slopes = slopes.to_vec();
-        for round in 0..ROUNDS {
-            if round > 0 {
-                self.slopes(actuator, &mut slopes)?;
-            }
-            let mut next = frictions.clone();
-            let mut resting = next.iter_mut().peekable();
-            let mut first = 0;
-            for &interface in &self.friction.interfaces {
-                let count = self.friction.responses.components(interface).len();
-                let own = slopes[first..first + count].iter();
-                first += count;
-                let friction = resting.next_if(|friction| friction.interface == interface);
-                if let Some(friction) = friction {
-                    *friction = friction.towards(own.map(|slope| sense * slope));
-                }
-            }
-            if next.iter().zip(&frictions).all(|(next, friction)| next.is_near(friction)) {
-                break;
-            }
-            frictions = next;
-            // Directions change little after the first update.
-            self.settle(&frictions, round == 0)?;
-            let effort = self.friction.effort(actuator);
-            let Extreme { least, greatest } = found;
-            found = Extreme { least: least.min(effort), greatest: greatest.max(effort) };
-        }
-        Some(found)
+    /// Sets the unknown normal loads to those without the friction that depends on them.
+    fn start_uncoupled(&mut self) {
+        let Self { friction, unknowns, loads, .. } = self;
+        unknowns.iter().for_each(|interface| friction.set(*interface, 0.0));
+        loads.start(unknowns.iter().map(|&interface| {
+            let Acting { resistance, sense, .. } = friction.acting[interface];
+            let (coefficient, constant) = (0.0, resistance.constant);
+            let own = OwnFriction { coefficient, constant, direction: sense };
+            friction.at.normal_load(interface, friction.wrench(interface), own).value
+        }));
     }
+}
 
-    /// Solves the coupled problem with the given static friction: from the normal loads without
-    /// friction if `is_new`, otherwise from those of the last solution. `None` if Newton's method
-    /// fails.
+impl StaticProblem for SparseSearch<'_> {
     fn settle(&mut self, frictions: &[StaticFriction], is_new: bool) -> Option<()> {
         let Self { inverse, topology, settings, friction, unknowns, ends, largest_load, .. } = self;
         let largest_load = *largest_load;
@@ -302,21 +282,6 @@ impl<'a> SparseSearch<'a> {
         self.loads.solve(&mut equations, &self.ends, largest_load).then_some(())
     }
 
-    /// Sets the unknown normal loads to those without the friction that depends on them.
-    fn start_uncoupled(&mut self) {
-        let Self { friction, unknowns, loads, .. } = self;
-        unknowns.iter().for_each(|interface| friction.set(*interface, 0.0));
-        loads.start(unknowns.iter().map(|&interface| {
-            let Acting { resistance, sense, .. } = friction.acting[interface];
-            let (coefficient, constant) = (0.0, resistance.constant);
-            let own = OwnFriction { coefficient, constant, direction: sense };
-            friction.at.normal_load(interface, friction.wrench(interface), own).value
-        }));
-    }
-
-    /// Computes the derivative of an effort with respect to each component of static friction in
-    /// the region, in units of the friction limit, at the solution of [`Self::settle`]. `None` if
-    /// the coupling is singular.
     fn slopes(&mut self, actuator: usize, slopes: &mut Vec<f64>) -> Option<()> {
         let Self { friction, unknowns, ends, loads, weights, powers, .. } = self;
         weights.clear();
@@ -351,5 +316,15 @@ impl<'a> SparseSearch<'a> {
             }));
         }
         Some(())
+    }
+
+    fn components(&self, interface: usize) -> Range<usize> {
+        let place = self.friction.interfaces.partition_point(|other| *other < interface);
+        let first = self.starts[place];
+        first..first + self.friction.responses.components(interface).len()
+    }
+
+    fn effort(&self, actuator: usize) -> f64 {
+        self.friction.effort(actuator)
     }
 }

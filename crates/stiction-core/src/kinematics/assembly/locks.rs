@@ -136,11 +136,11 @@ impl Given<'_> {
         };
         for _ in 0..REFINEMENTS {
             let (_, jacobian) = at(state);
-            let groups: Vec<usize> = (0..jacobian.ncols()).collect();
-            let limit = Limit::OfOrderOne(NEARLY_SINGULAR);
             if jacobian.nrows() == 0 {
                 return;
             }
+            let groups: Vec<usize> = (0..jacobian.ncols()).collect();
+            let limit = Limit::OfOrderOne(NEARLY_SINGULAR);
             let decomposition = Decomposition::new(jacobian, &groups, limit);
             let open = decomposition.orthonormal_null_space(decomposition.rank());
             if open.is_empty() {

@@ -42,8 +42,8 @@ fn linkage_and_chain(pendulums: usize) -> String {
     format!("{}{motion}{load}[default]\nmotion = \"rest\"\nload = \"side\"\n", parts.concat())
 }
 
-/// Tests that the linkage has the same results alone and beside a chain of 70 pendulums, and the
-/// chain those of its closed form.
+/// Tests that the linkage has the same results alone and beside a chain of 70 pendulums, and that
+/// the results of the chain are those of its closed form.
 #[test]
 fn results_are_those_of_few_interfaces() {
     let pendulums = 70;
