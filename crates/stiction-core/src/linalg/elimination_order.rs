@@ -1,6 +1,7 @@
 //! Elimination order of sparse symmetric matrices, chosen from their nonzero pattern.
 
-use std::collections::BTreeSet;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 
 /// Minimum-degree order (Tinney and Walker 1967). At each step, the node with the fewest neighbours
 /// is eliminated, and its neighbours become neighbours of each other.
@@ -16,34 +17,51 @@ impl EliminationOrder {
     /// Orders the nodes `0..count`. `pairs` contains the pairs of neighbours, in any order and
     /// possibly repeated.
     pub(crate) fn new(count: usize, pairs: impl Iterator<Item = (usize, usize)>) -> Self {
-        let mut neighbours = vec![BTreeSet::new(); count];
+        // Sets of neighbours as ascending lists: most are short.
+        let mut neighbours = vec![Vec::new(); count];
         for (a, b) in pairs.filter(|(a, b)| a != b) {
-            neighbours[a].insert(b);
-            neighbours[b].insert(a);
+            neighbours[a].push(b);
+            neighbours[b].push(a);
         }
-        let mut queue: BTreeSet<(usize, usize)> =
-            (0..count).map(|node| (neighbours[node].len(), node)).collect();
+        for own in &mut neighbours {
+            own.sort_unstable();
+            own.dedup();
+        }
+        // The queue also has outdated entries: those of eliminated nodes and of earlier degrees.
+        let mut is_left = vec![true; count];
+        let mut queue: BinaryHeap<Reverse<(usize, usize)>> =
+            (0..count).map(|node| Reverse((neighbours[node].len(), node))).collect();
         let mut order =
             Self { nodes: Vec::with_capacity(count), neighbours: Vec::with_capacity(count) };
-        while let Some((degree, node)) = queue.pop_first() {
-            if degree == queue.len() {
+        while let Some(Reverse((degree, node))) = queue.pop() {
+            if !is_left[node] || degree != neighbours[node].len() {
+                continue;
+            }
+            is_left[node] = false;
+            let around = core::mem::take(&mut neighbours[node]);
+            order.nodes.push(node);
+            if order.nodes.len() + degree == count {
                 // All remaining nodes are neighbours of each other, so their order does not matter.
-                let mut rest: Vec<usize> = queue.iter().map(|(_, node)| *node).collect();
-                rest.sort_unstable();
-                order.nodes.push(node);
-                order.nodes.extend(&rest);
-                order.neighbours.extend((0..=rest.len()).map(|k| rest[k..].to_vec()));
+                order.nodes.extend(&around);
+                order.neighbours.extend((0..=degree).map(|k| around[k..].to_vec()));
                 break;
             }
-            let around = core::mem::take(&mut neighbours[node]);
             for &a in &around {
-                queue.remove(&(neighbours[a].len(), a));
-                neighbours[a].remove(&node);
-                neighbours[a].extend(around.iter().copied().filter(|b| *b != a));
-                queue.insert((neighbours[a].len(), a));
+                let own = &mut neighbours[a];
+                let before = own.len();
+                if let Ok(place) = own.binary_search(&node) {
+                    own.remove(place);
+                }
+                for &b in around.iter().filter(|b| **b != a) {
+                    if let Err(place) = own.binary_search(&b) {
+                        own.insert(place, b);
+                    }
+                }
+                if own.len() != before {
+                    queue.push(Reverse((own.len(), a)));
+                }
             }
-            order.nodes.push(node);
-            order.neighbours.push(around.into_iter().collect());
+            order.neighbours.push(around);
         }
         order
     }

@@ -1,5 +1,6 @@
 //! Sparse matrices in compressed column storage.
 
+use crate::topology::DisjointSets;
 use nalgebra::DMatrix;
 
 /// Sparse matrix in compressed column storage; the row indices of a column are distinct and in
@@ -125,29 +126,42 @@ impl SparseMatrix {
     /// columns. The blocks contain all columns and all rows with entries, in the order of the
     /// matrix.
     pub(crate) fn independent_blocks(&self) -> Vec<Self> {
-        // First column of the block of each column; columns with entries in the same row belong to
-        // one block.
-        let mut firsts: Vec<usize> = (0..self.ncols()).collect();
+        // Columns with entries in the same row belong to one block.
+        let mut sets = DisjointSets::new(self.ncols());
         let mut column_of = vec![None; self.rows];
         for (row, column, _) in self.entries() {
             let &mut other = column_of[row].get_or_insert(column);
-            let (a, b) = (firsts[other], firsts[column]);
-            if a != b {
-                firsts.iter_mut().filter(|first| **first == a.max(b)).for_each(|x| *x = a.min(b));
+            sets.unite(other, column);
+        }
+        let mut block_of = vec![0; self.ncols()];
+        let mut blocks: Vec<(usize, Vec<usize>)> = Vec::new();
+        for column in 0..self.ncols() {
+            let first = sets.least(column);
+            if first == column {
+                block_of[column] = blocks.len();
+                blocks.push((0, Vec::new()));
+            }
+            block_of[column] = block_of[first];
+            blocks[block_of[column]].1.push(column);
+        }
+        // Place of each row in its block.
+        let mut places = vec![0; self.rows];
+        for (place, column) in places.iter_mut().zip(column_of) {
+            if let Some(column) = column {
+                let (rows, _) = &mut blocks[block_of[column]];
+                *place = *rows;
+                *rows += 1;
             }
         }
-        let is_first = |column: &usize| firsts[*column] == *column;
-        let blocks = (0..self.ncols()).filter(is_first).map(|first| {
-            let columns: Vec<usize> = (0..self.ncols()).filter(|k| firsts[*k] == first).collect();
-            let is_own = |row: &usize| column_of[*row].is_some_and(|k| firsts[k] == first);
-            let rows: Vec<usize> = (0..self.rows).filter(is_own).collect();
-            let mut places = vec![0; self.rows];
-            rows.iter().enumerate().for_each(|(place, row)| places[*row] = place);
-            let own = self.select_columns(&columns);
-            let entries = own.entries().map(|(row, column, value)| (places[row], column, value));
-            Self::new((rows.len(), columns.len()), entries)
+        let each = blocks.into_iter().map(|(rows, columns)| {
+            let of_column = |(to, &from): (usize, &usize)| {
+                let own = self.column(from);
+                own.map(|(row, value)| (places[row], to, value)).collect::<Vec<_>>()
+            };
+            let entries = columns.iter().enumerate().flat_map(of_column);
+            Self::new((rows, columns.len()), entries)
         });
-        blocks.collect()
+        each.collect()
     }
 
     /// Returns the transposed matrix.
@@ -174,6 +188,15 @@ impl SparseMatrix {
             if *amount != 0.0 {
                 self.column(column).for_each(|(row, value)| product[row] += value * amount);
             }
+        }
+        product
+    }
+
+    /// Returns the product with a vector that has the given components.
+    pub(crate) fn times_sparse(&self, vector: &[(usize, f64)]) -> Vec<f64> {
+        let mut product = vec![0.0; self.rows];
+        for &(column, amount) in vector {
+            self.column(column).for_each(|(row, value)| product[row] += value * amount);
         }
         product
     }

@@ -25,16 +25,20 @@ impl ColumnOrder {
         let count = groups.iter().max().map_or(0, |last| last + 1);
         let rows = matrix.transpose();
         let mut pairs = Vec::new();
+        let (mut own, mut before) = (Vec::new(), Vec::new());
         for row in 0..rows.ncols() {
-            let mut own: Vec<usize> = rows.column(row).map(|(column, _)| groups[column]).collect();
+            own.clear();
+            own.extend(rows.column(row).map(|(column, _)| groups[column]));
             own.sort_unstable();
             own.dedup();
-            for (k, &a) in own.iter().enumerate() {
-                pairs.extend(own[k + 1..].iter().map(|&b| (a, b)));
+            // The equations of one body often have the same groups.
+            if own != before {
+                for (k, &a) in own.iter().enumerate() {
+                    pairs.extend(own[k + 1..].iter().map(|&b| (a, b)));
+                }
+                core::mem::swap(&mut own, &mut before);
             }
         }
-        pairs.sort_unstable();
-        pairs.dedup();
         let order = EliminationOrder::new(count, pairs.into_iter());
         let mut members = vec![Vec::new(); count];
         groups.iter().enumerate().for_each(|(column, group)| members[*group].push(column));

@@ -4,6 +4,7 @@
 
 use super::scalar_dof::{self, Coefficients};
 use super::{Defect, GearedDof, Joint, JointId};
+use crate::topology::DisjointSets;
 
 /// Rigid gearing of several degrees of freedom: a weighted sum of their coordinates has a constant
 /// value.
@@ -118,7 +119,7 @@ pub(super) fn closing_joint(
     gearings: &[Gearing],
     (bodies, joints): (usize, &[Joint]),
 ) -> Option<(usize, JointId)> {
-    let mut tree_of: Vec<usize> = (0..bodies).collect();
+    let mut trees = DisjointSets::new(bodies);
     let mut known = vec![false; joints.len()];
     for (index, gearing) in gearings.iter().enumerate() {
         for geared in &gearing.dofs {
@@ -126,11 +127,9 @@ pub(super) fn closing_joint(
                 continue;
             }
             let joint = &joints[geared.joint.0];
-            let (one, other) = (tree_of[joint.predecessor.0], tree_of[joint.successor.0]);
-            if one == other {
+            if !trees.unite(joint.predecessor.0, joint.successor.0) {
                 return Some((index, geared.joint));
             }
-            tree_of.iter_mut().filter(|tree| **tree == other).for_each(|tree| *tree = one);
         }
     }
     None

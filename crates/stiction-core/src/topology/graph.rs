@@ -1,5 +1,6 @@
 //! Spanning trees of the graph of bodies and joints.
 
+use super::disjoint_sets::DisjointSets;
 use crate::random::Random;
 use std::collections::VecDeque;
 
@@ -120,16 +121,9 @@ impl Spanning {
             (1..bodies).filter(|body| random.number() < -0.5 && !is_geared(body)).collect();
         // Kruskal's algorithm over joints in random order; floating bodies already belong to the
         // ground's tree.
-        let mut tree_of: Vec<usize> = (0..bodies).collect();
-        fn find(tree_of: &mut [usize], mut body: usize) -> usize {
-            while tree_of[body] != body {
-                tree_of[body] = tree_of[tree_of[body]];
-                body = tree_of[body];
-            }
-            body
-        }
+        let mut trees = DisjointSets::new(bodies);
         for &body in &floating {
-            tree_of[body] = GROUND;
+            trees.unite(body, GROUND);
         }
         let mut joints: Vec<usize> = (0..ends.len()).collect();
         let places: Vec<f64> = joints.iter().map(|_| random.number()).collect();
@@ -137,12 +131,7 @@ impl Spanning {
         let mut in_tree = vec![false; ends.len()];
         for joint in joints {
             let (a, b) = ends[joint];
-            let (a, b) = (find(&mut tree_of, a), find(&mut tree_of, b));
-            if a != b {
-                // The ground remains the root of its tree.
-                tree_of[a.max(b)] = a.min(b);
-                in_tree[joint] = true;
-            }
+            in_tree[joint] = trees.unite(a, b);
         }
         Self::grow(&graph, &floating, |joint| in_tree[joint])
     }
