@@ -1,5 +1,6 @@
 //! Pseudo-random numbers that are the same in every run.
 
+use crate::linalg::Basis;
 use crate::spatial::Vec3;
 use nalgebra::DVector;
 
@@ -25,14 +26,10 @@ impl Random {
         Vec3::new(self.number(), self.number(), self.number())
     }
 
-    /// Returns a random unit vector in the span of `basis`, which contains at least one vector and
-    /// is orthonormal.
-    pub(crate) fn within(&mut self, basis: &[DVector<f64>]) -> DVector<f64> {
-        let mut sum = DVector::zeros(basis[0].len());
-        for vector in basis {
-            sum.axpy(self.number(), vector, 1.0);
-        }
+    /// Returns a random unit vector in the span of `basis`, which contains at least one vector.
+    pub(crate) fn within(&mut self, basis: &Basis) -> DVector<f64> {
+        let sum = basis.sum(core::iter::repeat_with(|| self.number()));
         let size = sum.norm();
-        if size > 0.0 { sum / size } else { basis[0].clone() }
+        if size > 0.0 { sum / size } else { basis.sum([1.0]) }
     }
 }

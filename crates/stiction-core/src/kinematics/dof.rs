@@ -45,7 +45,7 @@ pub(super) fn open_motions(
     column_scales: &[f64],
 ) -> OpenMotion {
     let decomposition = decompose(scaled);
-    let null = decomposition.orthonormal_null_space(decomposition.rank());
+    let null = decomposition.orthonormal_null_space(decomposition.rank()).dense();
     // Compute the rates of the spanning tree in each undetermined motion, then the twists of the
     // bodies.
     let rates: Vec<DVector<f64>> = null

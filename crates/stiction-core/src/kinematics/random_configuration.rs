@@ -3,7 +3,7 @@
 
 use super::bodies::State;
 use super::tracing::Loops;
-use crate::linalg::{Decomposition, Limit};
+use crate::linalg::{Basis, Decomposition, Limit};
 use crate::parameters::Parameters;
 use crate::random::Random;
 use crate::topology::Topology;
@@ -78,12 +78,11 @@ fn stride(
     loops: &mut Loops<'_>,
     random: &mut Random,
     at: &State<f64>,
-    open: &[DVector<f64>],
+    open: &Basis,
     heading: &Option<DVector<f64>>,
 ) -> Option<(State<f64>, DVector<f64>)> {
     let ahead = heading.as_ref().and_then(|heading| {
-        let basis = nalgebra::DMatrix::from_columns(open);
-        let within = &basis * basis.tr_mul(heading);
+        let within = open.projection(heading);
         (within.norm() > 0.5 * heading.norm()).then(|| within.normalize())
     });
     for attempt in 0..=TRIES {

@@ -13,7 +13,9 @@ use super::finite_motion::{Path, farthest};
 use super::least_squares::DampedSteps;
 use super::motion_constraints::MotionConstraints;
 use super::system::{Kinematics, column_scales};
-use crate::linalg::{Decomposition, Limit, SparseMatrix, SparseVector, StaticLu, Svd, complement};
+use crate::linalg::{
+    Basis, Decomposition, Limit, SparseMatrix, SparseVector, StaticLu, Svd, complement,
+};
 use crate::parameters::Parameters;
 use crate::random::Random;
 use crate::topology::Topology;
@@ -50,6 +52,9 @@ const MOVES: f64 = 0.2;
 
 /// Minimum length of a path that counts as a finite motion, in radians and characteristic lengths.
 const FINITE: f64 = 0.2;
+/// Number of independent motions of a mechanism above which random motions replace a basis. A body
+/// has at most six independent motions; twice as many random motions determine them well.
+const FEW_MOTIONS: usize = 12;
 /// Maximum number of directions open at second order along which a motion is traced.
 const DIRECTIONS: usize = 4;
 
@@ -75,7 +80,7 @@ pub(crate) struct LoopsAt<'a> {
     pub(crate) rank: usize,
     negligible: f64,
     /// Orthonormal basis of the instantaneous motions (scaled), which are open at first order.
-    open: Vec<DVector<f64>>,
+    open: Basis,
     /// Displacement to the branch of motion with the greatest finite mobility, scaled; `None`
     /// before [`Self::finite_mobility`] finds a motion.
     traced: Option<DVector<f64>>,
@@ -186,7 +191,8 @@ impl<'a> LoopsAt<'a> {
             return None;
         }
         let mut directions: Vec<DVector<f64>> = self.traced.clone().into_iter().collect();
-        directions.extend(self.open_to_second().into_iter().take(DIRECTIONS));
+        let to_second = self.open_to_second();
+        directions.extend((0..to_second.len().min(DIRECTIONS)).map(|k| to_second.vector(k)));
         let Self { loops, state, .. } = self;
         let mut best: Option<Path> = None;
         for direction in directions {
@@ -215,9 +221,18 @@ impl<'a> LoopsAt<'a> {
         let rates = |scaled: &DVector<f64>| -> Vec<f64> {
             scaled.iter().zip(columns).map(|(rate, scale)| rate * scale).collect()
         };
+        let spanning = |basis: &Basis| -> Vec<Vec<f64>> {
+            if basis.len() <= FEW_MOTIONS {
+                return basis.dense().iter().map(rates).collect();
+            }
+            let mut random = Random::new(3);
+            let directions = core::iter::repeat_with(|| random.within(basis));
+            directions.take(FEW_MOTIONS).map(|scaled| rates(&scaled)).collect()
+        };
         OpenMotions {
-            all: self.open.iter().map(rates).collect(),
-            to_second: to_second.iter().map(rates).collect(),
+            all: spanning(&self.open),
+            to_second: spanning(&to_second),
+            second_order: to_second.len(),
         }
     }
 
@@ -238,8 +253,8 @@ impl<'a> LoopsAt<'a> {
         with.errors(self.state);
         let jacobian = with.jacobian();
         let first = jacobian.nrows() - coordinates.len();
-        let entries = basis.iter().enumerate().flat_map(|(column, motion)| {
-            let rates = jacobian.times(motion.as_slice()).split_off(first);
+        let entries = basis.vectors().iter().enumerate().flat_map(|(column, motion)| {
+            let rates = jacobian.times_sparse(motion).split_off(first);
             rates.into_iter().enumerate().map(move |(row, rate)| (row, column, rate))
         });
         let rates = SparseMatrix::new((coordinates.len(), basis.len()), entries);
@@ -251,7 +266,10 @@ impl<'a> LoopsAt<'a> {
     /// Finds the motions that are open at first order and blocked at second order.
     pub(crate) fn blocked_motions(&mut self) -> Vec<BlockedMotion> {
         let to_second = self.open_to_second();
-        let blocked = complement(&self.open, &to_second);
+        if to_second.len() >= self.open.len() {
+            return Vec::new();
+        }
+        let blocked = complement(&self.open.dense(), &to_second.dense());
         let Self { loops, state, .. } = self;
         let each = blocked.iter().map(|scaled| {
             loops.errors(state);
@@ -266,7 +284,7 @@ impl<'a> LoopsAt<'a> {
     }
 
     /// Computes an orthonormal basis of the scaled motions that are open at second order.
-    fn open_to_second(&mut self) -> Vec<DVector<f64>> {
+    fn open_to_second(&mut self) -> Basis {
         let Self { loops, state, open, .. } = self;
         loops.errors(state);
         let count = open.len();
@@ -280,6 +298,7 @@ impl<'a> LoopsAt<'a> {
         if stresses.is_empty() {
             return open.clone();
         }
+        let open = open.dense();
         let pure: Vec<DVector<f64>> = open.iter().map(|d| loops.second_derivatives(d)).collect();
         // The quadratic forms of all self-stresses, one below the other.
         let mut forms = DMatrix::zeros(count * stresses.len(), count);
@@ -302,12 +321,10 @@ impl<'a> LoopsAt<'a> {
         let forms = Svd::new(&forms);
         // Second derivatives of unit motions, in characteristic lengths, are of order one.
         let blocked = forms.singular_values.iter().filter(|&&value| value > 1e-6).count();
-        let combine = |amounts: DVector<f64>| {
-            let mut sum = DVector::zeros(loops.columns.len());
-            amounts.iter().zip(open.iter()).for_each(|(x, vector)| sum.axpy(*x, vector, 1.0));
-            sum
-        };
-        forms.null_space(blocked).into_iter().map(combine).collect()
+        let own = forms.null_space(blocked);
+        let own: Vec<_> =
+            own.iter().map(|amounts| self.open.sum(amounts.iter().copied())).collect();
+        Basis::of_dense(&own, loops.columns.len())
     }
 }
 
@@ -327,15 +344,19 @@ struct Branch {
     displacement: DVector<f64>,
     reached: State<f64>,
     /// Basis of the scaled instantaneous motions at this configuration.
-    open: Vec<DVector<f64>>,
+    open: Basis,
 }
 
-/// Motions that are open at first order, as rates of the spanning tree (rad/s or m/s).
+/// Motions that are open at first order, as rates of the spanning tree (rad/s or m/s). A basis of
+/// many motions is replaced by [`FEW_MOTIONS`] random ones, in which each body has, with probability
+/// one, all its independent motions.
 pub(crate) struct OpenMotions {
     /// Basis of all motions that are open at first order.
     pub(crate) all: Vec<Vec<f64>>,
     /// Basis of the motions that are also open at second order.
     pub(crate) to_second: Vec<Vec<f64>>,
+    /// Number of independent motions that are also open at second order.
+    pub(crate) second_order: usize,
 }
 
 impl<'a> Loops<'a> {

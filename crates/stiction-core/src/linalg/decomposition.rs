@@ -4,6 +4,7 @@
 //! factors. If the sparse factors do not clearly decide the rank, a dense decomposition replaces
 //! them.
 
+use super::basis::Basis;
 use super::block::{BLOCK, Part};
 use super::sparse::SparseMatrix;
 use super::sparse_qr::{ColumnOrder, SparseQr};
@@ -196,30 +197,12 @@ impl Decomposition {
     }
 
     /// Computes an orthonormal basis of the null space for the given rank.
-    pub fn orthonormal_null_space(&self, rank: usize) -> Vec<DVector<f64>> {
+    pub fn orthonormal_null_space(&self, rank: usize) -> Basis {
+        let length = self.matrix.ncols();
         if self.sparse.is_none() || rank != self.rank {
-            return self.svd().null_space(rank);
+            return Basis::of_dense(&self.svd().null_space(rank), length);
         }
-        let mut basis: Vec<SparseVector> = Vec::new();
-        let mut work = vec![0.0; self.matrix.ncols()];
-        for vector in self.null_space(rank) {
-            work.fill(0.0);
-            vector.into_iter().for_each(|(k, x)| work[k] = x);
-            // Gram-Schmidt orthogonalisation. The second pass removes the round-off errors of the
-            // first pass.
-            for _ in 0..2 {
-                for known in &basis {
-                    let amount: f64 = known.iter().map(|&(k, x)| x * work[k]).sum();
-                    if amount != 0.0 {
-                        known.iter().for_each(|&(k, x)| work[k] -= amount * x);
-                    }
-                }
-            }
-            let norm = work.iter().map(|x| x * x).sum::<f64>().sqrt();
-            let parts = work.iter().enumerate().filter(|(_, x)| x.abs() > ROUND_OFF * norm);
-            basis.push(parts.map(|(k, x)| (k, x / norm)).collect());
-        }
-        basis.iter().map(|vector| to_dense(vector, self.matrix.ncols())).collect()
+        Basis::orthonormalised(self.null_space(rank), length, ROUND_OFF)
     }
 
     /// Computes the minimum-norm least-squares solution of `A x = right` for the decomposed matrix

@@ -1,6 +1,7 @@
 //! Linear algebra: LU elimination in a fixed order for kernels, and dense and sparse decompositions
 //! for analysis.
 
+mod basis;
 mod block;
 mod blocks;
 mod decomposition;
@@ -16,6 +17,7 @@ mod static_lu;
 mod svd;
 mod triangular_blocks;
 
+pub use basis::Basis;
 pub(crate) use block::{BLOCK, Block, Part, add_outer, add_outer_products, add_squares, dot};
 pub(crate) use blocks::{BlockCholesky, Slot};
 pub use decomposition::{Decomposition, Limit, SparseVector};

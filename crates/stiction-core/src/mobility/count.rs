@@ -150,7 +150,7 @@ fn body_dofs(solver: &InverseDynamics, loops: &mut LoopsAt<'_>, traced: usize) -
     let (topology, parameters) = (solver.topology(), solver.parameters());
     let open = loops.open_motions();
     // At an intersection of branches the second-order test blocks too many motions.
-    let is_decided = open.to_second.len() == traced;
+    let is_decided = open.second_order == traced;
     let lasting = if is_decided { &open.to_second } else { &open.all };
     let twists = |basis: &[Vec<f64>]| -> Vec<Vec<Twist<f64>>> {
         basis.iter().map(|rates| body_twists(topology, solver.bodies(), rates)).collect()

@@ -124,7 +124,7 @@ impl<'a> Constraints<'a> {
     /// [`Self::unknowns`].
     pub(crate) fn stress_vectors(&self) -> Vec<DVector<f64>> {
         let own = self.equilibrium();
-        own.orthonormal_null_space(own.rank())
+        own.orthonormal_null_space(own.rank()).dense()
     }
 
     /// Decomposes the equilibrium matrix, with one row for each equation and one column for each

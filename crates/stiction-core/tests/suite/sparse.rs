@@ -45,7 +45,7 @@ fn agree(matrix: &SparseMatrix, groups: &[usize], what: &str) -> bool {
         assert!((matrix.to_dense() * full).norm() < 1e-10 * dense.largest().max(1.0), "{what}");
         vector.iter().for_each(|&(k, x)| free[k] += x * x);
     }
-    let orthonormal = sparse.orthonormal_null_space(rank);
+    let orthonormal = sparse.orthonormal_null_space(rank).dense();
     if !orthonormal.is_empty() {
         let basis = DMatrix::from_columns(&orthonormal);
         let identity = DMatrix::identity(size - rank, size - rank);
@@ -133,7 +133,7 @@ fn small_values_of_independent_columns_count_as_zero() {
     for k in [rank - 1, rank] {
         assert!((sparse.value(k) / dense.singular_values[k] - 1.0).abs() < 1e-9, "{k}");
     }
-    let basis = DMatrix::from_columns(&sparse.orthonormal_null_space(rank));
+    let basis = DMatrix::from_columns(&sparse.orthonormal_null_space(rank).dense());
     let expected = DMatrix::from_columns(&dense.null_space(rank));
     let cosines = basis.tr_mul(&expected).singular_values();
     assert!(cosines.len() == 3 && cosines.iter().all(|cosine| (cosine - 1.0).abs() < 1e-9));

@@ -34,7 +34,7 @@ impl Given<'_> {
         self.refine_singular(&mut state);
         let (jacobian, _) = self.rows(&state, &[]);
         let decomposition = dof::decompose(jacobian);
-        let open = decomposition.orthonormal_null_space(decomposition.rank());
+        let open = decomposition.orthonormal_null_space(decomposition.rank()).dense();
         if open.is_empty() {
             return Ok(Vec::new());
         }
@@ -142,7 +142,7 @@ impl Given<'_> {
             let groups: Vec<usize> = (0..jacobian.ncols()).collect();
             let limit = Limit::OfOrderOne(NEARLY_SINGULAR);
             let decomposition = Decomposition::new(jacobian, &groups, limit);
-            let open = decomposition.orthonormal_null_space(decomposition.rank());
+            let open = decomposition.orthonormal_null_space(decomposition.rank()).dense();
             if open.is_empty() {
                 return;
             }
