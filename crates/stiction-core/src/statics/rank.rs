@@ -11,6 +11,7 @@ use crate::mechanism::{JointId, Mechanism};
 use crate::parameters::Weights;
 use crate::spatial::{Pose, Vec3, Wrench};
 use nalgebra::{DMatrix, DVector};
+use std::sync::OnceLock;
 
 /// Relative singular values below this limit count as zero. The matrix is scaled to entries of
 /// order one, and configurations are accurate to 1e-13, so exact zeros appear as values below
@@ -25,10 +26,13 @@ pub struct Statics {
     system: NewtonEuler,
     row_scales: Vec<f64>,
     column_scales: Vec<f64>,
-    /// Decomposition of the scaled balance matrix.
-    decomposition: Decomposition,
-    /// Basis of the self-stress states: scaled unknowns with zero resultant on every body.
-    null: Vec<SparseVector>,
+    /// The balance matrix, made dimensionless by scaling.
+    scaled: SparseMatrix,
+    /// Decomposition of `scaled`, which is computed at its first use.
+    decomposition: OnceLock<Decomposition>,
+    /// Basis of the self-stress states: scaled unknowns with zero resultant on every body. Computed
+    /// at its first use.
+    null: OnceLock<Vec<SparseVector>>,
     drive_weights: Vec<f64>,
     /// Pose of each joint's frame J relative to the reference point.
     frames: Vec<Pose<f64>>,
@@ -65,16 +69,13 @@ pub struct NullDirection {
 }
 
 impl Statics {
-    /// Decomposes the balance of all bodies. `frames` are the poses of the frames J of all joints
+    /// Sets up the balance of all bodies. `frames` are the poses of the frames J of all joints
     /// relative to the reference point.
     pub fn new(mechanism: &Mechanism, system: NewtonEuler, frames: Vec<Pose<f64>>) -> Self {
         let types: Vec<_> = mechanism.joints().iter().map(|j| j.joint_type).collect();
         let scaled = system.scaled_matrix(&types);
         let row_scales: Vec<f64> = (0..scaled.nrows()).map(|i| system.row_scale(i)).collect();
         let column_scales = system.column_scales(&types);
-        let joints = system.joints_of_unknowns();
-        let decomposition = Decomposition::new(scaled, &joints, RANK_LIMIT);
-        let null = decomposition.null_space(decomposition.rank());
         let length = mechanism.characteristic_length();
         let drive_weights = mechanism
             .actuators()
@@ -87,8 +88,9 @@ impl Statics {
             system,
             row_scales,
             column_scales,
-            decomposition,
-            null,
+            scaled,
+            decomposition: OnceLock::new(),
+            null: OnceLock::new(),
             drive_weights,
             frames,
             compliance: Weights::declared(mechanism),
@@ -98,11 +100,18 @@ impl Statics {
 
     /// The balance matrix, made dimensionless by scaling.
     pub fn scaled_matrix(&self) -> &SparseMatrix {
-        self.decomposition.matrix()
+        &self.scaled
     }
 
     pub(super) fn decomposition(&self) -> &Decomposition {
-        &self.decomposition
+        self.decomposition.get_or_init(|| {
+            let joints = self.system.joints_of_unknowns();
+            Decomposition::new(self.scaled.clone(), &joints, RANK_LIMIT)
+        })
+    }
+
+    fn null(&self) -> &[SparseVector] {
+        self.null.get_or_init(|| self.decomposition().null_space(self.rank()))
     }
 
     /// Scale of each unknown: the characteristic length for moments, 1 for forces.
@@ -127,17 +136,17 @@ impl Statics {
 
     /// Number of linearly independent equations of the balance.
     pub fn rank(&self) -> usize {
-        self.decomposition.rank()
+        self.decomposition().rank()
     }
 
     /// Singular values of the scaled system, largest first, by a dense decomposition.
     pub fn singular_values(&self) -> &[f64] {
-        self.decomposition.svd().singular_values.as_slice()
+        self.decomposition().svd().singular_values.as_slice()
     }
 
     /// Degree of static indeterminacy: number of redundant constraints and actuators.
     pub fn redundancy(&self) -> usize {
-        self.null.len()
+        self.null().len()
     }
 
     /// Number of motions that neither constraints nor actuators resist.
@@ -191,7 +200,7 @@ impl Statics {
     pub fn determined(&self) -> Vec<bool> {
         // Null vectors have unit norm: components of the order of round-off count as zero.
         let mut free = vec![0.0; self.column_scales.len()];
-        self.null.iter().flatten().for_each(|(k, x)| free[*k] += x * x);
+        self.null().iter().flatten().for_each(|(k, x)| free[*k] += x * x);
         free.into_iter().map(|square: f64| square.sqrt() < DETERMINED).collect()
     }
 
@@ -227,14 +236,14 @@ impl Statics {
     /// Computes a basis of the self-stress states. Each state consists of the loaded joints and
     /// their wrenches about the reference point. The unknowns of each state have unit norm.
     pub fn self_stresses(&self) -> impl Iterator<Item = Vec<(usize, Wrench<f64>)>> + '_ {
-        self.null.iter().map(|vector| self.wrenches_of(vector))
+        self.null().iter().map(|vector| self.wrenches_of(vector))
     }
 
     /// Computes a basis of the null space of the balance. Each direction consists of the actuator
     /// efforts and the wrenches of the loaded joints, in N and N m.
     pub fn null_directions(&self) -> Vec<NullDirection> {
         let count = self.drive_weights.len();
-        let each = self.null.iter().map(|vector| {
+        let each = self.null().iter().map(|vector| {
             let size = vector.iter().map(|(_, x)| x.abs()).fold(0.0, f64::max);
             let scaled: SparseVector = vector.iter().map(|&(k, x)| (k, x / size)).collect();
             let mut drives = vec![0.0; count];
@@ -307,7 +316,7 @@ impl Statics {
     /// Computes the minimum-norm least-squares solution for a scaled demand.
     fn particular(&self, scaled: &DVector<f64>) -> DVector<f64> {
         let solve =
-            |right: &DVector<f64>| DVector::from_vec(self.decomposition.solve(right.as_slice()));
+            |right: &DVector<f64>| DVector::from_vec(self.decomposition().solve(right.as_slice()));
         let first = solve(scaled);
         // One step of iterative refinement.
         let residual = scaled - self.apply(&first);
@@ -344,11 +353,11 @@ impl Statics {
     /// Moves the solution within the null space to minimise first the actuator efforts, then the
     /// reactions.
     fn distribute(&self, solution: &mut DVector<f64>, friction: &[Wrench<f64>]) {
-        if self.null.is_empty() {
+        if self.null().is_empty() {
             return;
         }
         let null: Vec<_> =
-            self.null.iter().map(|vector| to_dense(vector, solution.len())).collect();
+            self.null().iter().map(|vector| to_dense(vector, solution.len())).collect();
         let mut open = DMatrix::from_columns(&null);
         let drives: Vec<usize> = (0..self.system.unknowns.len())
             .filter(|&k| matches!(self.system.unknowns[k], Unknown::Drive { .. }))

@@ -71,7 +71,7 @@ pub struct Nearness {
 }
 
 /// Largest number of close approaches of one kind that are examined. Each examination takes about
-/// fifty matrix decompositions.
+/// ten matrix decompositions.
 const REFINED: usize = 100;
 /// Singularity index above which a local minimum along the motion is not examined, unless it is the
 /// least minimum found so far.
@@ -84,6 +84,15 @@ const REGULAR: f64 = 1e-3;
 /// Largest number of steps of a search for a least index or a passage. A golden-section step
 /// shortens the interval by the golden ratio, a bisection step halves it.
 const STEPS: usize = 60;
+/// Indices that differ by at most this value count as equal in a search for the least index.
+const SAME: f64 = 1e-13;
+/// Least index above which a minimum along the motion is smooth, not a passage.
+const SMOOTH: f64 = 1e-6;
+/// Distance of the two least points of a search, as a fraction of the searched interval, from which
+/// the parabola through the three least points is accurate.
+const CLOSE: f64 = 1e-3;
+/// Length of the shorter part of an interval divided by the golden ratio.
+const SHORTER_PART: f64 = 0.381_966_011_250_105;
 
 /// Mechanism and its singularity indices at one sample.
 struct Sample<'a> {
@@ -226,9 +235,8 @@ impl<'a> Watch<'a> {
             return;
         }
         self.refined[k] += 1;
-        let (from, to) = (&before.follower, now.follower.time());
-        let apart = 1e-3 * (to - from.time());
-        let Some(found) = self.search(kind, from, to) else { return };
+        let apart = 1e-3 * (now.follower.time() - before.follower.time());
+        let Some(found) = self.search(kind, [before, last, now]) else { return };
         let Found { follower, distance, passage } = found;
         self.add(kind, follower.time(), distance, &follower.solver);
         // If all poses are nearly singular, a minimum is not a passage.
@@ -300,51 +308,86 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Locates the least singularity index between the time of `from` and the time `to`, s, by
-    /// golden-section search. Returns `None` if the index cannot be computed at the first points of
-    /// the search.
-    fn search(&self, kind: Kind, from: &Follower<'a>, to: f64) -> Option<Found<'a>> {
-        let at = |time: f64| -> Option<(f64, Follower<'a>, f64)> {
-            let mut follower = from.clone();
+    /// Locates the least singularity index between the first and the last of three samples, of
+    /// which the second has the least index, by successive parabolic interpolation, with
+    /// golden-section steps where it does not converge (Brent 1973). The parabolas interpolate the
+    /// squared index, which is smooth even where the index passes zero.
+    fn search(&self, kind: Kind, [before, last, now]: [&Sample<'a>; 3]) -> Option<Found<'a>> {
+        let at = |time: f64| -> Option<(Follower<'a>, f64)> {
+            let mut follower = before.follower.clone();
             follower.go_to(time).ok()?;
             let statics = follower.solver.statics();
             let distance = self.distance(&Constraints::new(&statics), kind)?;
-            Some((time, follower, distance))
+            Some((follower, distance))
         };
-        let golden = (5f64.sqrt() - 1.0) / 2.0;
-        let (mut low, mut high) = (from.time(), to);
-        let mut left = at(high - golden * (high - low))?;
-        let mut right = at(low + golden * (high - low))?;
+        let known =
+            |sample: &Sample<'_>| Some((sample.follower.time(), sample.distances[kind as usize]?));
+        let (mut low, mut least, mut high) = (known(before)?, known(last)?, known(now)?);
+        let mut follower = last.follower.clone();
+        // The second and third least points, and the last two steps.
+        let (mut second, mut third) = if low.1 < high.1 { (low, high) } else { (high, low) };
+        let span = high.0 - low.0;
+        let (mut step, mut step_before) = (span, span);
         for _ in 0..STEPS {
-            // At the singular pose the motion may be undetermined; the search then ends close to
-            // that pose.
-            let lower_half = left.2 < right.2;
-            let next = match lower_half {
-                true => at(right.0 - golden * (right.0 - low)),
-                false => at(left.0 + golden * (high - left.0)),
+            let time = least.0;
+            let (back, ahead) = (low.0 - time, high.0 - time);
+            let smallest = 1e-14 * low.0.abs().max(high.0.abs());
+            if ahead - back <= 4.0 * smallest {
+                break;
+            }
+            let vertex = vertex([least, second, third]);
+            // Close to a smooth minimum, the parabola shows that the index decreases no further.
+            let is_close = (second.0 - time).abs() < CLOSE * span;
+            if let Some((_, decrease)) = vertex
+                && is_close
+                && least.1 > SMOOTH
+                && decrease <= 2.0 * least.1 * SAME
+            {
+                break;
+            }
+            let last_but_one = core::mem::replace(&mut step_before, step);
+            step = match vertex.map(|(step, _)| step) {
+                Some(x) if x > back && x < ahead && 2.0 * x.abs() < last_but_one.abs() => x,
+                _ => {
+                    step_before = if ahead > -back { ahead } else { back };
+                    SHORTER_PART * step_before
+                }
             };
-            let Some(next) = next else { break };
-            if lower_half {
-                high = right.0;
-                right = core::mem::replace(&mut left, next);
+            // Distinguishable from the known points.
+            step = step.clamp(back + smallest, ahead - smallest);
+            if step.abs() < smallest {
+                step = smallest.copysign(ahead + back);
+            }
+            // At the singular pose itself the motion may be undetermined.
+            let parts = [1.0, 1.0 - 1e-6, 1.0 - 1e-4, 0.99, 0.9].into_iter();
+            let mut nearby = parts.map(|part| time + part * step);
+            let Some((time, found)) = nearby.find_map(|time| Some((time, at(time)?))) else {
+                break;
+            };
+            let next = (time, found.1);
+            let is_flat = [next, second].iter().all(|other| (other.1 - least.1).abs() <= SAME);
+            if next.1 <= least.1 {
+                *(if time > least.0 { &mut low } else { &mut high }) = least;
+                (third, second, least) = (second, least, next);
+                follower = found.0;
             } else {
-                low = left.0;
-                left = core::mem::replace(&mut right, next);
+                *(if time > least.0 { &mut high } else { &mut low }) = next;
+                if next.1 <= second.1 {
+                    (third, second) = (second, next);
+                } else if next.1 <= third.1 {
+                    third = next;
+                }
             }
             // The instant of a smooth minimum is accurate only to the square root of the rounding
             // error.
-            let flat = (left.2 - right.2).abs() <= 1e-13 && left.2 > 1e-6;
-            if flat || high - low <= 1e-14 * high.abs().max(low.abs()) {
+            if is_flat && least.1 > SMOOTH {
                 break;
             }
         }
-        // Near a passage the index is V-shaped, and the tip of the V lies between `left` and
-        // `right`.
-        let both = left.2 + right.2;
-        let passage =
-            if both > 0.0 { (left.0 * right.2 + right.0 * left.2) / both } else { left.0 };
-        let (_, follower, distance) = if left.2 < right.2 { left } else { right };
-        Some(Found { follower, distance, passage })
+        // Near a passage the index is V-shaped, and the tip of the V lies between `low` and `high`.
+        let both = low.1 + high.1;
+        let passage = if both > 0.0 { (low.0 * high.1 + high.0 * low.1) / both } else { least.0 };
+        Some(Found { follower, distance: least.1, passage })
     }
 
     fn distance(&self, constraints: &Constraints<'_>, kind: Kind) -> Option<f64> {
@@ -405,6 +448,21 @@ impl<'a> Watch<'a> {
             left: None,
         })
     }
+}
+
+/// Returns the step from the first of three points, pairs of time and index, to the vertex of the
+/// parabola through the squared indices, and the decrease of the squared index in this step; `None`
+/// if the points lie on no parabola with a minimum.
+fn vertex([(origin, value), second, third]: [(f64, f64); 3]) -> Option<(f64, f64)> {
+    let relative = |point: (f64, f64)| (point.0 - origin, point.1.powi(2) - value.powi(2));
+    let ((a, above_a), (b, above_b)) = (relative(second), relative(third));
+    // Slope at the first point and half the second derivative, both times a b (b - a).
+    let slope = above_a * b * b - above_b * a * a;
+    let bend = above_b * a - above_a * b;
+    let size = a * b * (b - a);
+    let step = -0.5 * slope / bend;
+    let is_minimum = bend * size > 0.0 && step.is_finite();
+    is_minimum.then(|| (step, bend / size * step * step))
 }
 
 /// Describes the motions that the body with the most joints can still perform at `time`, s, when a
