@@ -9,6 +9,7 @@ use crate::linalg::{
     Decomposition, Limit, Plan, Scales, SparseMatrix, SparseVector, StaticLu, Svd,
 };
 use crate::parameters::Parameters;
+use crate::random::Random;
 use crate::topology::Topology;
 use nalgebra::DMatrix;
 use std::sync::Arc;
@@ -227,8 +228,13 @@ fn weighting(
     }
 }
 
+/// Number of random sums of null vectors beyond the number of actuators, so that the efforts of the
+/// sums have nearly the singular values of the efforts of all null vectors.
+const SPARE: usize = 8;
+
 /// Returns the effort of each actuator (rows) for each null vector of the balance (columns);
-/// torques are divided by the characteristic length.
+/// torques are divided by the characteristic length. Many null vectors are replaced by a few random
+/// sums of them, whose efforts have, with probability one, the same rank.
 fn effort_response(
     sample: &Sample<'_>,
     structure: &BalanceStructure,
@@ -239,12 +245,27 @@ fn effort_response(
     let plan = sample.plan(structure.clone(), StaticLu::default());
     let mut balance = Balance::new(&plan);
     balance.load(&plan, parameters, bodies, &[]);
+    let mut unknowns: Vec<Vec<f64>>;
+    let most = topology.actuators.len() + SPARE;
+    if null.len() <= 2 * most {
+        unknowns = vec![vec![0.0; column_scales.len()]; null.len()];
+        for (unknowns, vector) in unknowns.iter_mut().zip(null) {
+            vector.iter().for_each(|&(k, x)| unknowns[k] = x * column_scales[k]);
+        }
+    } else {
+        let mut random = Random::new(5);
+        unknowns = vec![vec![0.0; column_scales.len()]; most];
+        for unknowns in &mut unknowns {
+            for vector in null {
+                let amount = random.number();
+                vector.iter().for_each(|&(k, x)| unknowns[k] += amount * x * column_scales[k]);
+            }
+        }
+    }
     // Efforts due to the null vectors alone.
-    let mut driven = DMatrix::zeros(topology.actuators.len(), null.len());
-    for (k, vector) in null.iter().enumerate() {
-        let mut unknowns = vec![0.0; column_scales.len()];
-        vector.iter().for_each(|&(k, x)| unknowns[k] = x * column_scales[k]);
-        let efforts = balance.efforts_of(&plan, parameters, bodies, &unknowns);
+    let mut driven = DMatrix::zeros(topology.actuators.len(), unknowns.len());
+    for (k, unknowns) in unknowns.iter().enumerate() {
+        let efforts = balance.efforts_of(&plan, parameters, bodies, unknowns);
         for (actuator, effort) in efforts.into_iter().enumerate() {
             let content = topology.actuators[actuator];
             let dof = topology.joint_types[content.joint].dofs()[content.dof];

@@ -10,7 +10,7 @@ use crate::joint::{Carrier, Dof, MOST_DOFS, Motion};
 use crate::parameters::{InterfaceParameters, JointSpringParameters, Parameters};
 use crate::scalar::Scalar;
 use crate::spatial::{Pose, Quaternion, Twist, Vec3, Wrench};
-use crate::topology::{Actuator, Link, Topology};
+use crate::topology::{Actuator, Cut, Link, Node, Topology};
 
 /// Coordinates of the spanning tree with their rates and accelerations. They determine the motion
 /// of all bodies.
@@ -180,50 +180,69 @@ impl<T: Scalar> Bodies<T> {
     pub fn place(&mut self, topology: &Topology, parameters: &Parameters<T>, coordinates: &[T]) {
         self.pose[0] = parameters.ground;
         for node in &topology.nodes {
-            let q = &coordinates[node.coordinates.clone()];
-            match node.link {
-                Link::Floating => {
-                    self.pose[node.body] = Pose {
-                        position: Vec3::new(q[0], q[1], q[2]),
-                        rotation: Quaternion::from_coordinates(&q[3..]).rotation(),
-                    };
-                    for (k, screw) in self.screws[node.tree_dofs.clone()].iter_mut().enumerate() {
-                        *screw = floating_screw(k);
-                    }
-                }
-                Link::Joint { joint, reversed } => {
-                    let joint_type = topology.joint_types[joint];
-                    let pitch = parameters.pitch[joint];
-                    let across = joint_type.pose(q, pitch);
-                    let (predecessor, successor) = topology.ends[joint];
-                    let (in_j, in_k) = (parameters.frame_j[joint], parameters.frame_k[joint]);
-                    let (j, k);
-                    if reversed {
-                        k = self.pose[successor] * in_k;
-                        j = k * across.inverse();
-                        self.pose[node.body] = j * in_j.inverse();
-                    } else {
-                        j = self.pose[predecessor] * in_j;
-                        k = j * across;
-                        self.pose[node.body] = k * in_k.inverse();
-                    }
-                    (self.frame_j[joint], self.frame_k[joint]) = (j, k);
-                    let screws = &mut self.screws[node.tree_dofs.clone()];
-                    for (screw, dof) in screws.iter_mut().zip(joint_type.dofs()) {
-                        let twist = dof.twist(&j, &k, pitch);
-                        *screw = if reversed { -twist } else { twist };
-                    }
-                }
-            }
+            self.place_node(topology, parameters, coordinates, node);
         }
         for cut in &topology.cuts {
-            let (predecessor, successor) = topology.ends[cut.joint];
-            self.frame_j[cut.joint] = self.pose[predecessor] * parameters.frame_j[cut.joint];
-            self.frame_k[cut.joint] = self.pose[successor] * parameters.frame_k[cut.joint];
+            self.place_cut(topology, parameters, cut);
         }
         if !parameters.joint_springs.is_empty() {
             self.place_springs(topology, parameters, coordinates);
         }
+    }
+
+    /// Computes the pose of the body of a node and the frames of its joint, from the pose of its
+    /// parent.
+    #[inline]
+    pub(super) fn place_node(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<T>,
+        coordinates: &[T],
+        node: &Node,
+    ) {
+        let q = &coordinates[node.coordinates.clone()];
+        match node.link {
+            Link::Floating => {
+                self.pose[node.body] = Pose {
+                    position: Vec3::new(q[0], q[1], q[2]),
+                    rotation: Quaternion::from_coordinates(&q[3..]).rotation(),
+                };
+                for (k, screw) in self.screws[node.tree_dofs.clone()].iter_mut().enumerate() {
+                    *screw = floating_screw(k);
+                }
+            }
+            Link::Joint { joint, reversed } => {
+                let joint_type = topology.joint_types[joint];
+                let pitch = parameters.pitch[joint];
+                let across = joint_type.pose(q, pitch);
+                let (predecessor, successor) = topology.ends[joint];
+                let (in_j, in_k) = (parameters.frame_j[joint], parameters.frame_k[joint]);
+                let (j, k);
+                if reversed {
+                    k = self.pose[successor] * in_k;
+                    j = k * across.inverse();
+                    self.pose[node.body] = j * in_j.inverse();
+                } else {
+                    j = self.pose[predecessor] * in_j;
+                    k = j * across;
+                    self.pose[node.body] = k * in_k.inverse();
+                }
+                (self.frame_j[joint], self.frame_k[joint]) = (j, k);
+                let screws = &mut self.screws[node.tree_dofs.clone()];
+                for (screw, dof) in screws.iter_mut().zip(joint_type.dofs()) {
+                    let twist = dof.twist(&j, &k, pitch);
+                    *screw = if reversed { -twist } else { twist };
+                }
+            }
+        }
+    }
+
+    /// Computes the frames of a cut joint from the poses of its bodies.
+    #[inline]
+    pub(super) fn place_cut(&mut self, topology: &Topology, parameters: &Parameters<T>, cut: &Cut) {
+        let (predecessor, successor) = topology.ends[cut.joint];
+        self.frame_j[cut.joint] = self.pose[predecessor] * parameters.frame_j[cut.joint];
+        self.frame_k[cut.joint] = self.pose[successor] * parameters.frame_k[cut.joint];
     }
 
     /// Computes the coordinates of the joint springs. Angles of joints in the spanning tree include

@@ -51,6 +51,15 @@ pub(super) struct PositionEquations<'a> {
     rows: Vec<(usize, f64)>,
     /// Indices of the movable degrees of freedom of the spanning tree, each with its scale factor.
     columns: Vec<(usize, f64)>,
+    /// The part of the mechanism on which the selected equations depend; `None` if all bodies are
+    /// placed.
+    part: Option<Part>,
+}
+
+/// Nodes of the spanning tree, parents first, and cut joints, each with its first row.
+struct Part {
+    nodes: Vec<usize>,
+    cuts: Vec<(usize, usize)>,
 }
 
 /// Result of a search for a configuration with zero errors.
@@ -86,7 +95,26 @@ impl<'a> PositionEquations<'a> {
     ) -> Self {
         let rows = constraints.row_scales(parameters.length).into_iter().enumerate().collect();
         let columns = column_scales(topology, parameters.length).into_iter().enumerate().collect();
-        Self { topology, parameters, constraints, targets, rows, columns }
+        Self { topology, parameters, constraints, targets, rows, columns, part: None }
+    }
+
+    /// Places only the bodies on which the selected equations depend, if these are equations of cut
+    /// joints. `first_rows` contains the first row of each cut joint, followed by the number of
+    /// their rows.
+    pub(super) fn in_part(mut self, first_rows: &[usize]) -> Self {
+        let count = first_rows.last().copied().unwrap_or(0);
+        if self.rows.iter().all(|(row, _)| *row < count) {
+            let rows = self.rows.iter().map(|(row, _)| *row);
+            let paths = rows.clone().flat_map(|row| &self.constraints.rows[row].path);
+            let mut nodes: Vec<usize> = paths.map(|(node, _)| *node).collect();
+            nodes.sort_unstable();
+            nodes.dedup();
+            let cut_of = |row| first_rows.partition_point(|first| *first <= row) - 1;
+            let mut cuts: Vec<_> = rows.map(|row| (cut_of(row), first_rows[cut_of(row)])).collect();
+            cuts.dedup();
+            self.part = Some(Part { nodes, cuts });
+        }
+        self
     }
 
     /// Multiplies the scale of each equation by `factor`, which receives the index of the equation.
@@ -113,25 +141,35 @@ impl<'a> PositionEquations<'a> {
         kinematics: &mut Kinematics<f64>,
         state: &State<f64>,
     ) -> DVector<f64> {
-        kinematics.place(self.topology, self.parameters, self.constraints, state, self.targets);
+        let Self { topology, parameters, .. } = self;
+        match &self.part {
+            None => kinematics.place(topology, parameters, self.constraints, state, self.targets),
+            Some(Part { nodes, cuts }) => {
+                kinematics.place_part(topology, parameters, &state.coordinates, (nodes, cuts));
+            }
+        }
         let errors = kinematics.errors();
         DVector::from_iterator(self.rows.len(), self.rows.iter().map(|(r, s)| errors[*r] * s))
     }
 
     /// Computes the scaled derivatives of the errors at the last computed poses of the bodies.
     pub(super) fn jacobian(&self, kinematics: &mut Kinematics<f64>) -> SparseMatrix {
-        kinematics.linearise(self.topology, self.parameters, self.constraints);
-        let mut row_of = vec![usize::MAX; self.constraints.row_count()];
-        self.rows.iter().enumerate().for_each(|(place, (row, _))| row_of[*row] = place);
         let mut column_of = vec![usize::MAX; self.topology.dofs()];
         self.columns.iter().enumerate().for_each(|(place, (column, _))| column_of[*column] = place);
-        let entries = self.constraints.entries().iter().zip(&kinematics.entries);
-        let own = entries.filter_map(|(entry, value)| {
-            let (row, column) = (row_of[entry.row], column_of[entry.column]);
-            let is_own = row != usize::MAX && column != usize::MAX;
-            is_own.then(|| (row, column, value * self.rows[row].1 * self.columns[column].1))
-        });
-        SparseMatrix::new((self.rows.len(), self.columns.len()), own)
+        let (all, mut own) = (self.constraints.entries(), Vec::new());
+        for (place, &(row, scale)) in self.rows.iter().enumerate() {
+            let first = all.partition_point(|entry| entry.row < row);
+            let (topology, parameters) = (self.topology, self.parameters);
+            let at = (row, first);
+            let end = kinematics.linearise_row(topology, parameters, self.constraints, at);
+            for (entry, value) in all[first..end].iter().zip(&kinematics.entries[first..end]) {
+                let column = column_of[entry.column];
+                if column != usize::MAX {
+                    own.push((place, column, value * scale * self.columns[column].1));
+                }
+            }
+        }
+        SparseMatrix::new((self.rows.len(), self.columns.len()), own.into_iter())
     }
 
     /// Converts a scaled step to displacements of the spanning tree's degrees of freedom, rad or m.

@@ -18,7 +18,7 @@ use crate::linalg::{Entry, Plan, RankDeficient, Scales, SparseMatrix, StaticLu};
 use crate::parameters::Parameters;
 use crate::scalar::{Lanes, Scalar};
 use crate::spatial::{Vec3, Wrench};
-use crate::topology::Topology;
+use crate::topology::{Cut, Topology};
 
 /// Computes the prescribed orientation from the three components of a rotation vector. `places` are
 /// the indices of these components in `targets`.
@@ -154,15 +154,7 @@ impl<T: Scalar> Kinematics<T> {
         self.has_errors = true;
         let mut row = 0;
         for cut in &topology.cuts {
-            let joint_type = topology.joint_types[cut.joint];
-            let (j, k) = (self.bodies.frame_j[cut.joint], self.bodies.frame_k[cut.joint]);
-            let pitch = parameters.pitch[cut.joint];
-            let (misfit, _) = joint_type.misfit(j.inverse() * k, pitch);
-            for (error, constraint) in misfit.into_iter().zip(joint_type.constraints()) {
-                self.errors[row] = error;
-                self.covectors[row] = constraint.wrench(&j, &k, pitch);
-                row += 1;
-            }
+            row = self.measure_cut(topology, parameters, cut, row);
         }
         for gearing in &topology.gearings {
             self.errors[row] = gearing.error(parameters, &state.coordinates);
@@ -203,6 +195,49 @@ impl<T: Scalar> Kinematics<T> {
         }
     }
 
+    /// Computes the errors and wrenches of the rows of a cut joint, of which `row` is the first.
+    /// Returns the index of the row after them.
+    #[inline]
+    fn measure_cut(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<T>,
+        cut: &Cut,
+        mut row: usize,
+    ) -> usize {
+        let joint_type = topology.joint_types[cut.joint];
+        let (j, k) = (self.bodies.frame_j[cut.joint], self.bodies.frame_k[cut.joint]);
+        let pitch = parameters.pitch[cut.joint];
+        let (misfit, _) = joint_type.misfit(j.inverse() * k, pitch);
+        for (error, constraint) in misfit.into_iter().zip(joint_type.constraints()) {
+            self.errors[row] = error;
+            self.covectors[row] = constraint.wrench(&j, &k, pitch);
+            row += 1;
+        }
+        row
+    }
+
+    /// Computes the errors and wrenches of the rows of some cut joints, each with the index of its
+    /// first row, from the coordinates of the `nodes` on the paths of these rows, parents first. The
+    /// errors only depend on the relative poses of the bodies on a path, so other bodies may be at
+    /// an earlier configuration.
+    pub(super) fn place_part(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<T>,
+        coordinates: &[T],
+        (nodes, cuts): (&[usize], &[(usize, usize)]),
+    ) {
+        self.has_errors = false;
+        for &node in nodes {
+            self.bodies.place_node(topology, parameters, coordinates, &topology.nodes[node]);
+        }
+        for &(cut, row) in cuts {
+            self.bodies.place_cut(topology, parameters, &topology.cuts[cut]);
+            self.measure_cut(topology, parameters, &topology.cuts[cut], row);
+        }
+    }
+
     /// Computes the entries of the system matrix at the configuration of the last [`Self::place`].
     pub(super) fn linearise(
         &mut self,
@@ -211,23 +246,38 @@ impl<T: Scalar> Kinematics<T> {
         motion_constraints: &MotionConstraints,
     ) {
         let mut entry = 0;
-        for (row, covector) in motion_constraints.rows.iter().zip(&self.covectors) {
-            if let Some(gearing) = row.gearing {
-                let gearing = &topology.gearings[gearing];
-                for tree_dof in gearing.tree_dofs(topology) {
-                    self.entries[entry] = gearing.coefficient(parameters, tree_dof);
-                    entry += 1;
-                }
-                continue;
+        for row in 0..motion_constraints.rows.len() {
+            entry = self.linearise_row(topology, parameters, motion_constraints, (row, entry));
+        }
+    }
+
+    /// Computes the entries of a row of the system matrix at the configuration of the last
+    /// [`Self::place`]; `entry` is the index of the first one. Returns the index after the last one.
+    #[inline]
+    pub(super) fn linearise_row(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<T>,
+        motion_constraints: &MotionConstraints,
+        (row, mut entry): (usize, usize),
+    ) -> usize {
+        let (row, covector) = (&motion_constraints.rows[row], self.covectors[row]);
+        if let Some(gearing) = row.gearing {
+            let gearing = &topology.gearings[gearing];
+            for tree_dof in gearing.tree_dofs(topology) {
+                self.entries[entry] = gearing.coefficient(parameters, tree_dof);
+                entry += 1;
             }
-            for &(node, sign) in &row.path {
-                let sign = T::from_f64(sign);
-                for tree_dof in topology.nodes[node].tree_dofs.clone() {
-                    self.entries[entry] = self.bodies.screws[tree_dof].power(*covector) * sign;
-                    entry += 1;
-                }
+            return entry;
+        }
+        for &(node, sign) in &row.path {
+            let sign = T::from_f64(sign);
+            for tree_dof in topology.nodes[node].tree_dofs.clone() {
+                self.entries[entry] = self.bodies.screws[tree_dof].power(covector) * sign;
+                entry += 1;
             }
         }
+        entry
     }
 
     /// Takes one Newton step that reduces the errors of loop closure and of the prescribed

@@ -10,7 +10,7 @@ use super::reference::{Given, JointCoordinates};
 use crate::linalg::StaticLu;
 use crate::mechanism::JointId;
 use crate::random::Random;
-use crate::topology::{Link, Role, Topology};
+use crate::topology::{DisjointSets, Link, Role, Topology};
 use core::f64::consts::PI;
 
 /// Tolerance of loop closure, in rad or characteristic lengths. It is large because home poses and
@@ -67,6 +67,12 @@ impl Given<'_> {
         let mut is_closed: Vec<bool> = is_open.iter().map(|open| !open).collect();
         let mut is_solved = is_closed.clone();
         let mut random = Random::new(11);
+        let mut first_rows = vec![0];
+        for cut in &topology.cuts {
+            let count = topology.joint_types[cut.joint].constraints().len();
+            first_rows.push(first_rows[first_rows.len() - 1] + count);
+        }
+        kinematics.place(topology, self.parameters, &constraints, &state, &targets);
         for group in groups(topology, &constraints, &is_open) {
             let moves = self.moving_dofs(topology, &coordinates, &group);
             let mut counts = vec![0.0; constraints.row_count()];
@@ -74,7 +80,8 @@ impl Given<'_> {
             let equations =
                 PositionEquations::new(topology, self.parameters, &constraints, &targets)
                     .weighted(|row| counts[row])
-                    .moving(|dof| moves[dof]);
+                    .moving(|dof| moves[dof])
+                    .in_part(&first_rows);
             let jump = |random: &mut Random| -> Vec<f64> {
                 let size = |dof| match topology.tree_dof_translates(dof) {
                     true => self.parameters.length,
@@ -179,21 +186,18 @@ fn groups(topology: &Topology, constraints: &MotionConstraints, is_open: &[bool]
         .iter()
         .map(|row| row.path.iter().map(|(node, _)| *node).filter(|node| is_open[*node]).collect())
         .collect();
-    let mut group_of: Vec<usize> = (0..is_open.len()).collect();
+    let mut sets = DisjointSets::new(is_open.len());
     for nodes in &open_nodes {
         for pair in nodes.windows(2) {
-            let (one, other) = (group_of[pair[0]], group_of[pair[1]]);
-            group_of.iter_mut().filter(|group| **group == other).for_each(|group| *group = one);
+            sets.unite(pair[0], pair[1]);
         }
     }
-    let dofs = |group: usize| -> usize {
-        let nodes = topology.nodes.iter().zip(&group_of).zip(is_open);
-        nodes
-            .filter(|((_, of), open)| **of == group && **open)
-            .map(|((n, _), _)| n.tree_dofs.len())
-            .sum()
-    };
-    let is_large: Vec<bool> = (0..is_open.len()).map(|group| dofs(group) > LARGE).collect();
+    let group_of: Vec<usize> = (0..is_open.len()).map(|node| sets.least(node)).collect();
+    let mut dofs = vec![0; is_open.len()];
+    for ((node, &group), is_open) in topology.nodes.iter().zip(&group_of).zip(is_open) {
+        dofs[group] += if *is_open { node.tree_dofs.len() } else { 0 };
+    }
+    let is_large: Vec<bool> = dofs.into_iter().map(|dofs| dofs > LARGE).collect();
     // Index of the part of each node, and of each small group.
     let mut part_of = vec![None; is_open.len()];
     let mut whole = vec![None; is_open.len()];
