@@ -24,13 +24,21 @@ use crate::spatial::Wrench;
 /// Contribution of the friction of each interface to each effort, N or N m. The contributions to an
 /// effort add up to the difference between the efforts with and without friction. Interfaces at
 /// rest contribute nothing.
-#[derive(Debug, PartialEq)]
+#[derive(Debug)]
 pub struct Contributions<T> {
     actuators: usize,
     interfaces: usize,
     /// Contributions to the efforts of all actuators for the first interface, then for the second,
-    /// and so on.
+    /// and so on. Empty if all contributions are zero, because their number is quadratic.
     values: Vec<T>,
+}
+
+impl<T: Scalar + PartialEq> PartialEq for Contributions<T> {
+    fn eq(&self, other: &Self) -> bool {
+        let mut drives = 0..self.actuators;
+        (self.actuators, self.interfaces) == (other.actuators, other.interfaces)
+            && drives.all(|drive| self.of_actuator(drive).eq(other.of_actuator(drive)))
+    }
 }
 
 impl<T: Clone> Clone for Contributions<T> {
@@ -49,14 +57,17 @@ impl<T: Clone> Clone for Contributions<T> {
 impl<T: Scalar> Contributions<T> {
     /// Creates contributions that are all zero, as for a frictionless mechanism.
     pub fn new(actuators: usize, interfaces: usize) -> Self {
-        Self { actuators, interfaces, values: vec![T::zero(); actuators * interfaces] }
+        Self { actuators, interfaces, values: Vec::new() }
     }
 
     /// Returns the contribution of friction interface `interface` to the effort of actuator
     /// `actuator`, N or N m. Indices are in the orders of [`Parameters::interfaces`] and
     /// [`Mechanism::actuators`](crate::mechanism::Mechanism::actuators).
     pub fn of(&self, actuator: usize, interface: usize) -> T {
-        self.values[interface * self.actuators + actuator]
+        match self.values.as_slice() {
+            [] => T::zero(),
+            values => values[interface * self.actuators + actuator],
+        }
     }
 
     /// Returns the contribution of each interface to the effort of one actuator, N or N m.
@@ -66,7 +77,7 @@ impl<T: Scalar> Contributions<T> {
 
     /// Sets all contributions to zero.
     pub(super) fn clear(&mut self) {
-        self.values.fill(T::zero());
+        self.values.clear();
     }
 
     /// Sets the contributions of one interface to the efforts of all actuators, N or N m.
@@ -75,6 +86,9 @@ impl<T: Scalar> Contributions<T> {
     }
 
     pub(super) fn row(&mut self, interface: usize) -> &mut [T] {
+        if self.values.is_empty() {
+            self.values.resize(self.actuators * self.interfaces, T::zero());
+        }
         &mut self.values[interface * self.actuators..][..self.actuators]
     }
 }

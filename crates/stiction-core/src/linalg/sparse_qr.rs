@@ -88,6 +88,7 @@ pub(crate) struct SparseQr {
 }
 
 /// Frontal matrix: dense rows whose nonzero entries lie in a few columns.
+#[derive(Default)]
 struct Front {
     /// Positions of the front's columns in [`ColumnOrder::columns`], ascending.
     places: Vec<usize>,
@@ -101,18 +102,8 @@ impl SparseQr {
     /// `negligible`.
     pub(crate) fn new(matrix: &SparseMatrix, order: &ColumnOrder, negligible: f64) -> Self {
         let steps = order.steps.last().map_or(0, |last| last + 1);
+        let mut fronts = Fronts::new(matrix, order, steps);
         let mut waiting: Vec<Vec<Front>> = (0..steps).map(|_| Vec::new()).collect();
-        let by_rows = matrix.transpose();
-        for row in 0..by_rows.ncols() {
-            let mut own: Vec<(usize, f64)> =
-                by_rows.column(row).map(|(column, value)| (order.places[column], value)).collect();
-            own.sort_unstable_by_key(|(place, _)| *place);
-            let Some((first, _)) = own.first() else { continue };
-            let step = order.steps[*first];
-            let places = own.iter().map(|(place, _)| *place).collect();
-            let values = own.iter().map(|(_, value)| *value).collect();
-            waiting[step].push(Front { places, rows: 1, values });
-        }
         let mut made = Self {
             columns: matrix.ncols(),
             pivots: Vec::new(),
@@ -125,12 +116,14 @@ impl SparseQr {
         let mut place = 0;
         for step in 0..steps {
             let own = place..order.steps.partition_point(|s| *s <= step);
-            let mut front = Front::merged(own.clone(), core::mem::take(&mut waiting[step]));
+            let parts = core::mem::take(&mut waiting[step]);
+            let mut front = fronts.merged(step, own.clone(), order, parts);
             let pivots = made.eliminate(&mut front, own.len(), order, negligible);
             place = own.end;
-            let rest = front.remainder(pivots, own.len());
-            if let (Some(first), true) = (rest.places.first(), rest.rows > 0) {
-                waiting[order.steps[*first]].push(rest);
+            let rest = fronts.remainder(front, pivots, own.len());
+            match rest.places.first() {
+                Some(first) if rest.rows > 0 => waiting[order.steps[*first]].push(rest),
+                _ => fronts.spare.push(rest),
             }
         }
         made.dropped = made.dropped.sqrt();
@@ -290,29 +283,124 @@ impl SparseQr {
     }
 }
 
-impl Front {
-    /// Stacks the rows of several fronts. The columns at the positions `own` come first.
-    fn merged(own: core::ops::Range<usize>, parts: Vec<Self>) -> Self {
-        let count = parts.iter().map(|part| part.places.len()).sum::<usize>() + own.len();
-        let mut places: Vec<usize> = Vec::with_capacity(count);
-        parts.iter().for_each(|part| places.extend_from_slice(&part.places));
-        places.extend(own);
+/// Rows of the matrix by the steps in which they are eliminated, and buffers for fronts.
+struct Fronts {
+    by_rows: SparseMatrix,
+    /// Rows in the order of the steps that eliminate their first columns.
+    rows: Vec<usize>,
+    /// Index in `rows` of the first row of each step, followed by the number of rows.
+    starts: Vec<usize>,
+    /// Index in the front of each position of [`ColumnOrder::columns`]; used only while a front is
+    /// formed, otherwise [`NOWHERE`].
+    columns: Vec<usize>,
+    /// Fronts whose storage is used again.
+    spare: Vec<Front>,
+}
+
+/// Index of a column that is not in the front.
+const NOWHERE: usize = usize::MAX;
+
+impl Fronts {
+    fn new(matrix: &SparseMatrix, order: &ColumnOrder, steps: usize) -> Self {
+        let by_rows = matrix.transpose();
+        let step_of = |row: usize| {
+            let places = by_rows.column(row).map(|(column, _)| order.places[column]);
+            places.min().map(|first| order.steps[first])
+        };
+        let steps_of: Vec<Option<usize>> = (0..by_rows.ncols()).map(step_of).collect();
+        let mut starts = vec![0; steps + 1];
+        steps_of.iter().flatten().for_each(|step| starts[step + 1] += 1);
+        for step in 0..steps {
+            starts[step + 1] += starts[step];
+        }
+        let mut next = starts.clone();
+        let mut rows = vec![0; starts[steps]];
+        for (row, step) in steps_of.iter().enumerate() {
+            if let Some(step) = *step {
+                rows[next[step]] = row;
+                next[step] += 1;
+            }
+        }
+        Self { by_rows, rows, starts, columns: vec![NOWHERE; matrix.ncols()], spare: Vec::new() }
+    }
+
+    /// Stacks the rows of the matrix that belong to a step and the rows of several fronts. The
+    /// columns at the positions `own` come first.
+    fn merged(
+        &mut self,
+        step: usize,
+        own: core::ops::Range<usize>,
+        order: &ColumnOrder,
+        parts: Vec<Front>,
+    ) -> Front {
+        let mut made = self.spare.pop().unwrap_or_default();
+        let Self { by_rows, rows, starts, columns, spare } = self;
+        let rows = &rows[starts[step]..starts[step + 1]];
+        let Front { places, values, rows: count } = &mut made;
+        places.clear();
+        let mut add = |place: usize| {
+            if columns[place] == NOWHERE {
+                columns[place] = 0;
+                places.push(place);
+            }
+        };
+        own.for_each(&mut add);
+        for &row in rows {
+            by_rows.column(row).for_each(|(column, _)| add(order.places[column]));
+        }
+        parts.iter().flat_map(|part| &part.places).for_each(|place| add(*place));
         places.sort_unstable();
-        places.dedup();
-        let rows = parts.iter().map(|part| part.rows).sum();
-        let mut made = Self { values: vec![0.0; rows * places.len()], places, rows };
-        let mut first = 0;
-        for part in parts {
+        places.iter().enumerate().for_each(|(k, place)| columns[*place] = k);
+        *count = rows.len() + parts.iter().map(|part| part.rows).sum::<usize>();
+        values.clear();
+        values.resize(*count * places.len(), 0.0);
+        for (first, &row) in rows.iter().enumerate() {
+            for (column, value) in by_rows.column(row) {
+                values[columns[order.places[column]] * *count + first] = value;
+            }
+        }
+        let mut first = rows.len();
+        for part in &parts {
             for (k, place) in part.places.iter().enumerate() {
-                let to = made.places.partition_point(|p| p < place) * rows + first;
-                made.values[to..to + part.rows]
+                let to = columns[*place] * *count + first;
+                values[to..to + part.rows]
                     .copy_from_slice(&part.values[k * part.rows..(k + 1) * part.rows]);
             }
             first += part.rows;
         }
+        places.iter().for_each(|place| columns[*place] = NOWHERE);
+        spare.extend(parts);
         made
     }
 
+    /// Returns the rows of a front from index `done` on, without the first `own` columns. If there
+    /// are more such rows than remaining columns, reduces the rows to triangular form.
+    fn remainder(&mut self, mut front: Front, done: usize, own: usize) -> Front {
+        let rest = front.places.len() - own;
+        let mut end = front.rows;
+        if end - done > rest {
+            for k in 0..rest {
+                let norm = front.norm(own + k, done + k);
+                if norm > 0.0 {
+                    front.reflect(own + k, done + k, norm);
+                }
+            }
+            end = done + rest;
+        }
+        let mut made = self.spare.pop().unwrap_or_default();
+        made.rows = end - done;
+        made.places.clear();
+        made.places.extend_from_slice(&front.places[own..]);
+        made.values.clear();
+        for column in front.values.chunks_exact(front.rows.max(1)).skip(own) {
+            made.values.extend_from_slice(&column[done..end]);
+        }
+        self.spare.push(front);
+        made
+    }
+}
+
+impl Front {
     /// Computes the norm of the entries of a column in the rows from `from` on.
     fn norm(&self, column: usize, from: usize) -> f64 {
         let part = &self.values[column * self.rows + from..(column + 1) * self.rows];
@@ -348,26 +436,5 @@ impl Front {
         }
         reflector.fill(0.0);
         reflector[0] = new;
-    }
-
-    /// Returns the rows from index `done` on, without the first `own` columns. If there are more
-    /// such rows than remaining columns, reduces the rows to triangular form.
-    fn remainder(mut self, done: usize, own: usize) -> Self {
-        let rest = self.places.len() - own;
-        let mut end = self.rows;
-        if end - done > rest {
-            for k in 0..rest {
-                let norm = self.norm(own + k, done + k);
-                if norm > 0.0 {
-                    self.reflect(own + k, done + k, norm);
-                }
-            }
-            end = done + rest;
-        }
-        let mut values = Vec::with_capacity(rest * (end - done));
-        for column in self.values.chunks_exact(self.rows.max(1)).skip(own) {
-            values.extend_from_slice(&column[done..end]);
-        }
-        Self { values, places: self.places.split_off(own), rows: end - done }
     }
 }

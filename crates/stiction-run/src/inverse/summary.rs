@@ -113,7 +113,7 @@ impl Summary {
             dissipated: vec![Integral::default(); interfaces],
             interface_loads: vec![Size::default(); interfaces],
             work: Work::default(),
-            shares: Ranking::new(drives, interfaces),
+            shares: Ranking::new(drives, if job.has_shares() { interfaces } else { 0 }),
             efficiency: Efficiency::new(drives),
             power_residual: Size::default(),
             power_residual_relative: Size::default(),
