@@ -18,9 +18,16 @@ pub(super) struct Couplings {
     /// Transpose of [`Self::bounds`].
     influencing: OnceCell<SparseMatrix>,
     /// Block triangular form of [`Self::of_limits`].
-    blocks: OnceCell<Vec<Vec<usize>>>,
+    blocks: OnceCell<Vec<DiagonalBlock>>,
     /// Upper bound of the spectral radius of [`Self::of_limits`], once it is known.
     radius: OnceCell<f64>,
+}
+
+/// Diagonal block of a block triangular matrix.
+struct DiagonalBlock {
+    /// Interfaces of the block, in ascending order.
+    interfaces: Vec<usize>,
+    matrix: SparseMatrix,
 }
 
 /// Influence of a friction force on a friction limit that counts as round-off.
@@ -68,10 +75,10 @@ impl Couplings {
         *self.radius.get_or_init(|| {
             // The spectral radius of a block triangular matrix is that of a diagonal block.
             let radii = self.blocks().iter().map(|block| {
-                match self.of_limits.select(block).to_dense().as_slice() {
+                match block.matrix.to_dense().as_slice() {
                     [entry] if entry.is_finite() => *entry,
                     // The transpose has the same spectral radius.
-                    matrix => radius_bound(matrix, block.len(), &mut Default::default()),
+                    matrix => radius_bound(matrix, block.interfaces.len(), &mut Default::default()),
                 }
             });
             radii.fold(0.0, f64::max)
@@ -87,8 +94,14 @@ impl Couplings {
         triangular_blocks(&SparseMatrix::new(size, entries))
     }
 
-    fn blocks(&self) -> &[Vec<usize>] {
-        self.blocks.get_or_init(|| triangular_blocks(&self.of_limits))
+    fn blocks(&self) -> &[DiagonalBlock] {
+        self.blocks.get_or_init(|| {
+            let each = triangular_blocks(&self.of_limits).into_iter().map(|interfaces| {
+                let matrix = self.of_limits.select(&interfaces);
+                DiagonalBlock { interfaces, matrix }
+            });
+            each.collect()
+        })
     }
 
     /// Solves `x = constants + part M x` with the influence `M` on friction limits. The spectral
@@ -117,12 +130,11 @@ impl Couplings {
     /// the same relative accuracy as the others.
     fn solve(&self, part: f64, constants: &[f64], start: &[f64]) -> Option<Vec<f64>> {
         let mut solution = constants.to_vec();
-        for block in self.blocks() {
+        for DiagonalBlock { interfaces: block, matrix: influence } in self.blocks() {
             let of_block = |all: &[f64]| block.iter().map(|&k| all[k]).collect::<Vec<f64>>();
             let right = of_block(&solution);
-            let influence = self.of_limits.select(block);
             let iterated = match block.len() >= LARGE {
-                true => iterate(&influence, part, &right, of_block(start)),
+                true => iterate(influence, part, &right, of_block(start)),
                 false => None,
             };
             let found = match iterated {
