@@ -34,6 +34,7 @@ mod friction_laws;
 mod joint_springs;
 mod kernels;
 mod known_linkages;
+mod large_structures;
 mod misuse;
 mod oracle;
 mod payload_impact;
