@@ -70,6 +70,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod disjoint_sets;
 pub mod dynamics;
 pub mod forward;
 pub mod friction;

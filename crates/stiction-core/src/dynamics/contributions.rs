@@ -185,3 +185,24 @@ impl<T: Scalar> Sharing<T> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Contributions;
+
+    /// Contributions that are all zero are equal, stored or not, and a stored row leaves the others
+    /// zero.
+    #[test]
+    fn contributions_are_zero_unless_stored() {
+        let zero = Contributions::<f64>::new(2, 3);
+        let mut found = Contributions::new(2, 3);
+        found.row(1).copy_from_slice(&[1.0, 2.0]);
+        assert_ne!(found, zero);
+        assert!(found.of_actuator(1).eq([0.0, 2.0, 0.0]));
+        found.row(1).fill(0.0);
+        assert_eq!(found, zero);
+        found.set_interface(2, &[3.0, 4.0]);
+        found.clear();
+        assert_eq!((found.of(0, 2), found.clone()), (0.0, zero));
+    }
+}

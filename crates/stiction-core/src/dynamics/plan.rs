@@ -228,13 +228,13 @@ fn weighting(
     }
 }
 
-/// Number of random sums of null vectors beyond the number of actuators, so that the efforts of the
-/// sums have nearly the singular values of the efforts of all null vectors.
-const SPARE: usize = 8;
+/// Number of random sums that replace null vectors, if these outnumber the actuators by more.
+const SUMS: usize = 8;
 
 /// Returns the effort of each actuator (rows) for each null vector of the balance (columns);
-/// torques are divided by the characteristic length. Many null vectors are replaced by a few random
-/// sums of them, whose efforts have, with probability one, the same rank.
+/// torques are divided by the characteristic length. Far more null vectors than actuators are
+/// replaced by a few random sums of them: the rank is then less than their number, and the only
+/// question is whether it is zero, which the sums answer with probability one.
 fn effort_response(
     sample: &Sample<'_>,
     structure: &BalanceStructure,
@@ -246,15 +246,14 @@ fn effort_response(
     let mut balance = Balance::new(&plan);
     balance.load(&plan, parameters, bodies, &[]);
     let mut unknowns: Vec<Vec<f64>>;
-    let most = topology.actuators.len() + SPARE;
-    if null.len() <= 2 * most {
+    if null.len() <= topology.actuators.len() + SUMS {
         unknowns = vec![vec![0.0; column_scales.len()]; null.len()];
         for (unknowns, vector) in unknowns.iter_mut().zip(null) {
             vector.iter().for_each(|&(k, x)| unknowns[k] = x * column_scales[k]);
         }
     } else {
         let mut random = Random::new(5);
-        unknowns = vec![vec![0.0; column_scales.len()]; most];
+        unknowns = vec![vec![0.0; column_scales.len()]; SUMS];
         for unknowns in &mut unknowns {
             for vector in null {
                 let amount = random.number();

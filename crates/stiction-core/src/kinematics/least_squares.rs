@@ -56,10 +56,10 @@ pub(super) struct PositionEquations<'a> {
     part: Option<Part>,
 }
 
-/// Nodes of the spanning tree, parents first, and cut joints, each with its first row.
+/// Nodes of the spanning tree, parents first, and cut joints.
 struct Part {
     nodes: Vec<usize>,
-    cuts: Vec<(usize, usize)>,
+    cuts: Vec<usize>,
 }
 
 /// Result of a search for a configuration with zero errors.
@@ -98,19 +98,19 @@ impl<'a> PositionEquations<'a> {
         Self { topology, parameters, constraints, targets, rows, columns, part: None }
     }
 
-    /// Places only the bodies on which the selected equations depend, if these are equations of cut
-    /// joints. `first_rows` contains the first row of each cut joint, followed by the number of
-    /// their rows.
-    pub(super) fn in_part(mut self, first_rows: &[usize]) -> Self {
-        let count = first_rows.last().copied().unwrap_or(0);
+    /// Moves only the bodies on which the selected equations depend, if these are equations of cut
+    /// joints. All bodies must be placed once before, at any configuration.
+    pub(super) fn in_part(mut self) -> Self {
+        let all = &self.topology.cuts;
+        let count = all.last().map_or(0, |cut| cut.constraints.end);
         if self.rows.iter().all(|(row, _)| *row < count) {
             let rows = self.rows.iter().map(|(row, _)| *row);
             let paths = rows.clone().flat_map(|row| &self.constraints.rows[row].path);
             let mut nodes: Vec<usize> = paths.map(|(node, _)| *node).collect();
             nodes.sort_unstable();
             nodes.dedup();
-            let cut_of = |row| first_rows.partition_point(|first| *first <= row) - 1;
-            let mut cuts: Vec<_> = rows.map(|row| (cut_of(row), first_rows[cut_of(row)])).collect();
+            let mut cuts: Vec<usize> =
+                rows.map(|row| all.partition_point(|cut| cut.constraints.end <= row)).collect();
             cuts.dedup();
             self.part = Some(Part { nodes, cuts });
         }

@@ -217,24 +217,24 @@ impl<T: Scalar> Kinematics<T> {
         row
     }
 
-    /// Computes the errors and wrenches of the rows of some cut joints, each with the index of its
-    /// first row, from the coordinates of the `nodes` on the paths of these rows, parents first. The
-    /// errors only depend on the relative poses of the bodies on a path, so other bodies may be at
-    /// an earlier configuration.
+    /// Computes the errors and wrenches of the rows of some cut joints from the coordinates of the
+    /// `nodes` on the paths of these rows, parents first. The errors only depend on the relative
+    /// poses of the bodies on a path, so other bodies may be at an earlier configuration, but all
+    /// must have been placed once.
     pub(super) fn place_part(
         &mut self,
         topology: &Topology,
         parameters: &Parameters<T>,
         coordinates: &[T],
-        (nodes, cuts): (&[usize], &[(usize, usize)]),
+        (nodes, cuts): (&[usize], &[usize]),
     ) {
         self.has_errors = false;
         for &node in nodes {
             self.bodies.place_node(topology, parameters, coordinates, &topology.nodes[node]);
         }
-        for &(cut, row) in cuts {
-            self.bodies.place_cut(topology, parameters, &topology.cuts[cut]);
-            self.measure_cut(topology, parameters, &topology.cuts[cut], row);
+        for cut in cuts.iter().map(|cut| &topology.cuts[*cut]) {
+            self.bodies.place_cut(topology, parameters, cut);
+            self.measure_cut(topology, parameters, cut, cut.constraints.start);
         }
     }
 

@@ -225,9 +225,11 @@ impl<'a> LoopsAt<'a> {
             if basis.len() <= FEW_MOTIONS {
                 return basis.dense().iter().map(rates).collect();
             }
+            // Each basis vector has an amount of order one, as in the basis itself.
             let mut random = Random::new(3);
-            let directions = core::iter::repeat_with(|| random.within(basis));
-            directions.take(FEW_MOTIONS).map(|scaled| rates(&scaled)).collect()
+            let mut amounts = core::iter::repeat_with(|| random.number());
+            let sums = (0..FEW_MOTIONS).map(|_| basis.sum(amounts.by_ref().take(basis.len())));
+            sums.map(|scaled| rates(&scaled)).collect()
         };
         OpenMotions {
             all: spanning(&self.open),
@@ -351,9 +353,9 @@ struct Branch {
 /// many motions is replaced by [`FEW_MOTIONS`] random ones, in which each body has, with probability
 /// one, all its independent motions.
 pub(crate) struct OpenMotions {
-    /// Basis of all motions that are open at first order.
+    /// All motions that are open at first order.
     pub(crate) all: Vec<Vec<f64>>,
-    /// Basis of the motions that are also open at second order.
+    /// The motions that are also open at second order.
     pub(crate) to_second: Vec<Vec<f64>>,
     /// Number of independent motions that are also open at second order.
     pub(crate) second_order: usize,

@@ -66,3 +66,48 @@ impl EliminationOrder {
         order
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::EliminationOrder;
+    use crate::random::Random;
+    use std::collections::BTreeSet;
+
+    /// Each step eliminates a node with the fewest neighbours, the first of these, and its
+    /// neighbours become neighbours of each other. Only the end, where all nodes are neighbours of
+    /// each other, has another order.
+    #[test]
+    fn each_step_eliminates_a_node_with_the_fewest_neighbours() {
+        let mut random = Random::new(3);
+        for count in [1, 2, 7, 30, 60] {
+            for density in [0.5, 1.5, 4.0] {
+                let pairs: Vec<(usize, usize)> = (0..(density * count as f64) as usize)
+                    .map(|_| {
+                        let mut node = || (0.5 * (random.number() + 1.0) * count as f64) as usize;
+                        (node(), node())
+                    })
+                    .collect();
+                let order = EliminationOrder::new(count, pairs.iter().copied());
+                let mut around = vec![BTreeSet::new(); count];
+                for (a, b) in pairs.into_iter().filter(|(a, b)| a != b) {
+                    around[a].insert(b);
+                    around[b].insert(a);
+                }
+                let mut left: BTreeSet<usize> = (0..count).collect();
+                for (step, &node) in order.nodes.iter().enumerate() {
+                    let expected = left.iter().min_by_key(|own| (around[**own].len(), **own));
+                    let is_clique = left.iter().all(|own| around[*own].len() + 1 == left.len());
+                    assert!(is_clique || expected == Some(&node), "{count} {step}");
+                    let own = core::mem::take(&mut around[node]);
+                    assert!(order.neighbours[step].iter().eq(&own), "{count} {step}");
+                    left.remove(&node);
+                    for &a in &own {
+                        around[a].remove(&node);
+                        around[a].extend(own.iter().filter(|b| **b != a));
+                    }
+                }
+                assert!(left.is_empty() && order.nodes.len() == count);
+            }
+        }
+    }
+}

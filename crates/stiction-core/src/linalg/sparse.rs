@@ -1,6 +1,6 @@
 //! Sparse matrices in compressed column storage.
 
-use crate::topology::DisjointSets;
+use crate::disjoint_sets::DisjointSets;
 use nalgebra::DMatrix;
 
 /// Sparse matrix in compressed column storage; the row indices of a column are distinct and in

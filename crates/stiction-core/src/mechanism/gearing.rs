@@ -4,7 +4,7 @@
 
 use super::scalar_dof::{self, Coefficients};
 use super::{Defect, GearedDof, Joint, JointId};
-use crate::topology::DisjointSets;
+use crate::disjoint_sets::DisjointSets;
 
 /// Rigid gearing of several degrees of freedom: a weighted sum of their coordinates has a constant
 /// value.

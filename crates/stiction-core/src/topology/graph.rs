@@ -1,6 +1,6 @@
 //! Spanning trees of the graph of bodies and joints.
 
-use super::disjoint_sets::DisjointSets;
+use crate::disjoint_sets::DisjointSets;
 use crate::random::Random;
 use std::collections::VecDeque;
 

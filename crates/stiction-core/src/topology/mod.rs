@@ -9,15 +9,12 @@
 //! linearly with the number of legs and loops. In large mechanisms, one chain from the ground holds
 //! such a body if possible.
 
-mod disjoint_sets;
 mod graph;
 
 use crate::joint::JointType;
 use crate::mechanism::{BodyId, Gearing, Mechanism};
 use core::ops::Range;
 use graph::Spanning;
-
-pub(crate) use disjoint_sets::DisjointSets;
 
 /// Rule for the choice of the spanning tree. Results are independent of the choice, up to
 /// round-off.

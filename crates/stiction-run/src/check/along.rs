@@ -77,16 +77,16 @@ const REFINED: usize = 100;
 /// least minimum found so far.
 const NEAR: f64 = 0.05;
 /// Singularity index below which a local minimum counts as a passage through a singular pose. The
-/// search stops before the singular pose itself, because the motion may be undetermined there.
+/// search may not reach the singular pose itself, because the motion may be undetermined there.
 const CROSSED: f64 = 1e-7;
 /// Index above which a balance with as many unknowns as equations has full rank.
 const REGULAR: f64 = 1e-3;
-/// Largest number of steps of a search for a least index or a passage. A golden-section step
-/// shortens the interval by the golden ratio, a bisection step halves it.
+/// Largest number of steps of a search for a least index or a passage. Without parabolas, a step
+/// shortens the interval by the golden ratio on average; a bisection step halves it.
 const STEPS: usize = 60;
 /// Indices that differ by at most this value count as equal in a search for the least index.
 const SAME: f64 = 1e-13;
-/// Least index above which a minimum along the motion is smooth, not a passage.
+/// Index above which a minimum along the motion is smooth, not a passage.
 const SMOOTH: f64 = 1e-6;
 /// Distance of the two least points of a search, as a fraction of the searched interval, from which
 /// the parabola through the three least points is accurate.
@@ -141,8 +141,8 @@ impl<'a> Watch<'a> {
 
     /// Adds a sample. `passed` is true if the determinant of the loop constraints with locked
     /// actuators has changed its sign since the previous sample. Returns true if this sign change
-    /// is a passage through a singular pose rather than a rounding error, and the decomposed balance
-    /// at the sample, which is `None` if all forces are unique.
+    /// is a passage through a singular pose rather than a rounding error, and the balance at the
+    /// sample, which is `None` if all forces are unique.
     pub(super) fn observe(
         &mut self,
         follower: &Follower<'a>,
@@ -168,8 +168,7 @@ impl<'a> Watch<'a> {
         (passed, statics)
     }
 
-    /// Computes the indices of all kinds at the pose of `solver`. Also returns the decomposed
-    /// balance, unless indices far from zero show that it has full rank.
+    /// Computes the indices of all kinds at the pose of `solver`. Also returns the balance, unless indices far from zero show that it has full rank.
     fn distances(&mut self, solver: &InverseDynamics) -> ([Option<f64>; 3], Option<Statics>) {
         // The first sample is always decomposed, because its indices come from an iteration without
         // a bound from an earlier sample.
@@ -324,6 +323,10 @@ impl<'a> Watch<'a> {
             |sample: &Sample<'_>| Some((sample.follower.time(), sample.distances[kind as usize]?));
         let (mut low, mut least, mut high) = (known(before)?, known(last)?, known(now)?);
         let mut follower = last.follower.clone();
+        if self.proximity.is_some() {
+            // Compare only values of one method.
+            least.1 = self.distance(&Constraints::new(&follower.solver.statics()), kind)?;
+        }
         // The second and third least points, and the last two steps.
         let (mut second, mut third) = if low.1 < high.1 { (low, high) } else { (high, low) };
         let span = high.0 - low.0;
@@ -353,13 +356,13 @@ impl<'a> Watch<'a> {
                     SHORTER_PART * step_before
                 }
             };
-            // Distinguishable from the known points.
+            // A step that is too short would repeat a known point.
             step = step.clamp(back + smallest, ahead - smallest);
             if step.abs() < smallest {
                 step = smallest.copysign(ahead + back);
             }
             // At the singular pose itself the motion may be undetermined.
-            let parts = [1.0, 1.0 - 1e-6, 1.0 - 1e-4, 0.99, 0.9].into_iter();
+            let parts = [1.0, 1.0 - 1e-6, 1.0 - 1e-4, 0.99, 0.9, 0.5, 0.1].into_iter();
             let mut nearby = parts.map(|part| time + part * step);
             let Some((time, found)) = nearby.find_map(|time| Some((time, at(time)?))) else {
                 break;
@@ -384,10 +387,7 @@ impl<'a> Watch<'a> {
                 break;
             }
         }
-        // Near a passage the index is V-shaped, and the tip of the V lies between `low` and `high`.
-        let both = low.1 + high.1;
-        let passage = if both > 0.0 { (low.0 * high.1 + high.0 * low.1) / both } else { least.0 };
-        Some(Found { follower, distance: least.1, passage })
+        Some(Found { follower, distance: least.1, passage: tip([low, least, high]) })
     }
 
     fn distance(&self, constraints: &Constraints<'_>, kind: Kind) -> Option<f64> {
@@ -450,6 +450,16 @@ impl<'a> Watch<'a> {
     }
 }
 
+/// Returns the time at which an index vanishes that is V-shaped there, with the same slope on both
+/// sides. Of three points, pairs of time and index in chronological order, the second is the least.
+/// The steeper chord lies on one side of the tip, the other chord includes the tip.
+fn tip([low, least, high]: [(f64, f64); 3]) -> f64 {
+    let falls = (low.1 - least.1) / (least.0 - low.0);
+    let rises = (high.1 - least.1) / (high.0 - least.0);
+    let time = least.0 + if falls >= rises { least.1 / falls } else { -least.1 / rises };
+    if time.is_finite() { time.clamp(low.0, high.0) } else { least.0 }
+}
+
 /// Returns the step from the first of three points, pairs of time and index, to the vertex of the
 /// parabola through the squared indices, and the decrease of the squared index in this step; `None`
 /// if the points lie on no parabola with a minimum.
@@ -486,4 +496,40 @@ pub(super) fn left_at(start: &Follower<'_>, time: f64) -> Result<Option<String>,
             false => format!("{} retains {}", hub.body, motions.join("; ")),
         }
     }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{tip, vertex};
+
+    /// A parabola through squared indices finds a smooth minimum and the tip of a V.
+    #[test]
+    fn a_parabola_through_squares_finds_its_vertex() {
+        let smooth = |t: f64| (t, (0.2 + 3.0 * (t - 0.7).powi(2)).sqrt());
+        let passage = |t: f64| (t, 5.0 * (t - 0.7).abs());
+        for (points, least) in [
+            ([0.6, 0.1, 0.9].map(smooth), 0.2_f64.sqrt()),
+            ([0.75, 0.9, 0.3].map(smooth), 0.2_f64.sqrt()),
+            ([0.8, 0.4, 1.0].map(passage), 0.0),
+        ] {
+            let (step, decrease) = vertex(points).unwrap();
+            assert!((points[0].0 + step - 0.7).abs() < 1e-14, "{points:?}");
+            assert!((points[0].1.powi(2) - decrease - least.powi(2)).abs() < 1e-14, "{points:?}");
+        }
+        // A maximum, a line and equal points have no minimum.
+        assert_eq!(vertex([(0.5, 2.0), (0.0, 1.0), (1.0, 1.0)]), None);
+        assert_eq!(vertex([(0.5, 1.0), (0.0, 1.0), (1.0, 1.0)]), None);
+        assert_eq!(vertex([(0.5, 1.0), (0.5, 1.0), (1.0, 2.0)]), None);
+    }
+
+    /// The tip of a V lies beyond the least point, on the side of the flatter chord; a least point
+    /// that is zero is the tip.
+    #[test]
+    fn the_tip_of_a_passage_lies_beyond_the_least_point() {
+        let index = |t: f64| (t, 5.0 * (t - 0.7).abs());
+        assert!((tip([0.0, 0.69, 1.0].map(index)) - 0.7).abs() < 1e-15);
+        assert!((tip([0.65, 0.71, 1.0].map(index)) - 0.7).abs() < 1e-15);
+        assert_eq!(tip([0.2, 0.7, 1.0].map(index)), 0.7);
+        assert_eq!(tip([(0.0, 1.0), (0.5, 1.0), (1.0, 1.0)]), 0.5);
+    }
 }

@@ -190,9 +190,9 @@ impl<'a> SparseSearch<'a> {
     }
 
     /// Finds the largest and the smallest value of an effort that static friction can cause, one for
-    /// each of the two goals. `region` lists the interfaces whose
-    /// friction can change the effort, in ascending order, and `released` those at rest, with zero
-    /// static friction. `None` if Newton's method fails.
+    /// each of the two goals. `region` lists the interfaces whose friction can change the effort, in
+    /// ascending order, and `released` those at rest, with zero static friction. `None` if Newton's
+    /// method fails.
     pub(super) fn extremes(
         &mut self,
         goals: [Goal; 2],

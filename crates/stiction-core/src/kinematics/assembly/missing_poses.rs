@@ -7,10 +7,11 @@ use super::super::motion_constraints::MotionConstraints;
 use super::super::system::Kinematics;
 use super::known_poses::BodyPoses;
 use super::reference::{Given, JointCoordinates};
+use crate::disjoint_sets::DisjointSets;
 use crate::linalg::StaticLu;
 use crate::mechanism::JointId;
 use crate::random::Random;
-use crate::topology::{DisjointSets, Link, Role, Topology};
+use crate::topology::{Link, Role, Topology};
 use core::f64::consts::PI;
 
 /// Tolerance of loop closure, in rad or characteristic lengths. It is large because home poses and
@@ -67,11 +68,7 @@ impl Given<'_> {
         let mut is_closed: Vec<bool> = is_open.iter().map(|open| !open).collect();
         let mut is_solved = is_closed.clone();
         let mut random = Random::new(11);
-        let mut first_rows = vec![0];
-        for cut in &topology.cuts {
-            let count = topology.joint_types[cut.joint].constraints().len();
-            first_rows.push(first_rows[first_rows.len() - 1] + count);
-        }
+        // Each group moves only the bodies on the paths of its rows.
         kinematics.place(topology, self.parameters, &constraints, &state, &targets);
         for group in groups(topology, &constraints, &is_open) {
             let moves = self.moving_dofs(topology, &coordinates, &group);
@@ -81,7 +78,7 @@ impl Given<'_> {
                 PositionEquations::new(topology, self.parameters, &constraints, &targets)
                     .weighted(|row| counts[row])
                     .moving(|dof| moves[dof])
-                    .in_part(&first_rows);
+                    .in_part();
             let jump = |random: &mut Random| -> Vec<f64> {
                 let size = |dof| match topology.tree_dof_translates(dof) {
                     true => self.parameters.length,
