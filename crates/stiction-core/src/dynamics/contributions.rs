@@ -43,7 +43,10 @@ impl<T: Scalar + PartialEq> PartialEq for Contributions<T> {
 
 impl<T: Clone> Clone for Contributions<T> {
     fn clone(&self) -> Self {
-        Self { values: self.values.clone(), ..*self }
+        let mut made = Self { values: Vec::new(), ..*self };
+        made.values.reserve_exact(self.actuators * self.interfaces);
+        made.values.extend_from_slice(&self.values);
+        made
     }
 
     /// Copies `other` into the existing buffer, so that results of many samples do not allocate.
@@ -57,7 +60,8 @@ impl<T: Clone> Clone for Contributions<T> {
 impl<T: Scalar> Contributions<T> {
     /// Creates contributions that are all zero, as for a frictionless mechanism.
     pub fn new(actuators: usize, interfaces: usize) -> Self {
-        Self { actuators, interfaces, values: Vec::new() }
+        // Kernels allocate no memory. Memory that is not written costs nothing.
+        Self { actuators, interfaces, values: Vec::with_capacity(actuators * interfaces) }
     }
 
     /// Returns the contribution of friction interface `interface` to the effort of actuator
