@@ -3,19 +3,19 @@
 /// Disjoint sets of the items `0..count` (Galler and Fischer 1964). The least item of a set
 /// represents it.
 #[derive(Clone, Debug)]
-pub(crate) struct DisjointSets {
+pub struct DisjointSets {
     /// An item of the same set with a smaller index; the item itself if it is the least one.
     parents: Vec<usize>,
 }
 
 impl DisjointSets {
     /// Creates a set for each item.
-    pub(crate) fn new(count: usize) -> Self {
+    pub fn new(count: usize) -> Self {
         Self { parents: (0..count).collect() }
     }
 
     /// Returns the least item of the set of an item.
-    pub(crate) fn least(&mut self, mut item: usize) -> usize {
+    pub fn least(&mut self, mut item: usize) -> usize {
         while self.parents[item] != item {
             self.parents[item] = self.parents[self.parents[item]];
             item = self.parents[item];
@@ -24,7 +24,7 @@ impl DisjointSets {
     }
 
     /// Unites the sets of two items. Returns false if the items belonged to the same set already.
-    pub(crate) fn unite(&mut self, one: usize, other: usize) -> bool {
+    pub fn unite(&mut self, one: usize, other: usize) -> bool {
         let (one, other) = (self.least(one), self.least(other));
         self.parents[one.max(other)] = one.min(other);
         one != other

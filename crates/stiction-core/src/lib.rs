@@ -70,7 +70,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod disjoint_sets;
+#[doc(hidden)]
+pub mod disjoint_sets;
 pub mod dynamics;
 pub mod forward;
 pub mod friction;

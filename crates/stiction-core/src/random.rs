@@ -1,6 +1,6 @@
 //! Pseudo-random numbers that are the same in every run.
 
-use crate::linalg::Basis;
+use crate::linalg::{Basis, SparseVector, sum_of};
 use crate::spatial::Vec3;
 use nalgebra::DVector;
 
@@ -24,6 +24,18 @@ impl Random {
     /// Returns a random vector whose components are uniformly distributed from -1 to 1.
     pub fn vector(&mut self) -> Vec3<f64> {
         Vec3::new(self.number(), self.number(), self.number())
+    }
+
+    /// Returns `count` random sums of vectors with `length` components. In each sum, every vector has
+    /// another amount.
+    pub(crate) fn sums(
+        &mut self,
+        vectors: &[SparseVector],
+        length: usize,
+        count: usize,
+    ) -> Vec<DVector<f64>> {
+        let mut amounts = core::iter::repeat_with(|| self.number());
+        (0..count).map(|_| sum_of(vectors, amounts.by_ref(), length)).collect()
     }
 
     /// Returns a random unit vector in the span of `basis`, which contains at least one vector.

@@ -43,10 +43,9 @@ impl<T: Scalar + PartialEq> PartialEq for Contributions<T> {
 
 impl<T: Clone> Clone for Contributions<T> {
     fn clone(&self) -> Self {
-        let mut made = Self { values: Vec::new(), ..*self };
-        made.values.reserve_exact(self.actuators * self.interfaces);
-        made.values.extend_from_slice(&self.values);
-        made
+        let mut values = Vec::with_capacity(self.actuators * self.interfaces);
+        values.extend_from_slice(&self.values);
+        Self { values, ..*self }
     }
 
     /// Copies `other` into the existing buffer, so that results of many samples do not allocate.

@@ -6,12 +6,12 @@ use super::interfaces::{Coupling, Interfaces};
 use super::structure::{BalanceStructure, Weighting};
 use crate::kinematics::Bodies;
 use crate::linalg::{
-    Decomposition, Limit, Plan, Scales, SparseMatrix, SparseVector, StaticLu, Svd,
+    Decomposition, Limit, Plan, Scales, SparseMatrix, SparseVector, StaticLu, Svd, to_dense,
 };
 use crate::parameters::Parameters;
 use crate::random::Random;
 use crate::topology::Topology;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 
 /// Structure and elimination order of the balance of a mechanism, for any scalar type.
@@ -245,26 +245,16 @@ fn effort_response(
     let plan = sample.plan(structure.clone(), StaticLu::default());
     let mut balance = Balance::new(&plan);
     balance.load(&plan, parameters, bodies, &[]);
-    let mut unknowns: Vec<Vec<f64>>;
-    if null.len() <= topology.actuators.len() + SUMS {
-        unknowns = vec![vec![0.0; column_scales.len()]; null.len()];
-        for (unknowns, vector) in unknowns.iter_mut().zip(null) {
-            vector.iter().for_each(|&(k, x)| unknowns[k] = x * column_scales[k]);
-        }
-    } else {
-        let mut random = Random::new(5);
-        unknowns = vec![vec![0.0; column_scales.len()]; SUMS];
-        for unknowns in &mut unknowns {
-            for vector in null {
-                let amount = random.number();
-                vector.iter().for_each(|&(k, x)| unknowns[k] += amount * x * column_scales[k]);
-            }
-        }
-    }
-    // Efforts due to the null vectors alone.
-    let mut driven = DMatrix::zeros(topology.actuators.len(), unknowns.len());
-    for (k, unknowns) in unknowns.iter().enumerate() {
-        let efforts = balance.efforts_of(&plan, parameters, bodies, unknowns);
+    let length = column_scales.len();
+    let vectors: Vec<DVector<f64>> = match null.len() <= topology.actuators.len() + SUMS {
+        true => null.iter().map(|vector| to_dense(vector, length)).collect(),
+        false => Random::new(5).sums(null, length, SUMS),
+    };
+    // Efforts due to these vectors alone.
+    let mut driven = DMatrix::zeros(topology.actuators.len(), vectors.len());
+    for (k, vector) in vectors.iter().enumerate() {
+        let unknowns: Vec<f64> = vector.iter().zip(column_scales).map(|(x, s)| x * s).collect();
+        let efforts = balance.efforts_of(&plan, parameters, bodies, &unknowns);
         for (actuator, effort) in efforts.into_iter().enumerate() {
             let content = topology.actuators[actuator];
             let dof = topology.joint_types[content.joint].dofs()[content.dof];

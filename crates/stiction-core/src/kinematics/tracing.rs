@@ -222,14 +222,11 @@ impl<'a> LoopsAt<'a> {
             scaled.iter().zip(columns).map(|(rate, scale)| rate * scale).collect()
         };
         let spanning = |basis: &Basis| -> Vec<Vec<f64>> {
-            if basis.len() <= FEW_MOTIONS {
-                return basis.dense().iter().map(rates).collect();
-            }
-            // Each basis vector has an amount of order one, as in the basis itself.
-            let mut random = Random::new(3);
-            let mut amounts = core::iter::repeat_with(|| random.number());
-            let sums = (0..FEW_MOTIONS).map(|_| basis.sum(amounts.by_ref().take(basis.len())));
-            sums.map(|scaled| rates(&scaled)).collect()
+            let motions = match basis.len() <= FEW_MOTIONS {
+                true => basis.dense(),
+                false => Random::new(3).sums(basis.vectors(), columns.len(), FEW_MOTIONS),
+            };
+            motions.iter().map(rates).collect()
         };
         OpenMotions {
             all: spanning(&self.open),
@@ -268,10 +265,7 @@ impl<'a> LoopsAt<'a> {
     /// Finds the motions that are open at first order and blocked at second order.
     pub(crate) fn blocked_motions(&mut self) -> Vec<BlockedMotion> {
         let to_second = self.open_to_second();
-        if to_second.len() >= self.open.len() {
-            return Vec::new();
-        }
-        let blocked = complement(&self.open.dense(), &to_second.dense());
+        let blocked = complement(&self.open, &to_second);
         let Self { loops, state, .. } = self;
         let each = blocked.iter().map(|scaled| {
             loops.errors(state);

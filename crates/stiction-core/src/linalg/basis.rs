@@ -1,10 +1,10 @@
 //! Orthonormal bases of subspaces, such as null spaces, with sparse vectors.
 
-use super::decomposition::{SparseVector, to_dense};
+use super::decomposition::{SparseVector, sum_of, to_dense};
 use nalgebra::DVector;
 
 /// Orthonormal basis of a subspace.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Basis {
     vectors: Vec<SparseVector>,
     /// Number of components of each vector.
@@ -90,11 +90,7 @@ impl Basis {
 
     /// Computes the sum of the vectors, multiplied by the given amounts.
     pub(crate) fn sum(&self, amounts: impl IntoIterator<Item = f64>) -> DVector<f64> {
-        let mut sum = DVector::zeros(self.length);
-        for (vector, amount) in self.vectors.iter().zip(amounts) {
-            vector.iter().for_each(|&(k, x)| sum[k] += amount * x);
-        }
-        sum
+        sum_of(&self.vectors, amounts, self.length)
     }
 
     /// Projects a vector onto the subspace.

@@ -232,6 +232,19 @@ pub(crate) fn to_dense(vector: &[(usize, f64)], length: usize) -> DVector<f64> {
     dense
 }
 
+/// Computes the sum of vectors with `length` components, multiplied by the given amounts.
+pub(crate) fn sum_of(
+    vectors: &[SparseVector],
+    amounts: impl IntoIterator<Item = f64>,
+    length: usize,
+) -> DVector<f64> {
+    let mut sum = DVector::zeros(length);
+    for (vector, amount) in vectors.iter().zip(amounts) {
+        vector.iter().for_each(|&(k, x)| sum[k] += amount * x);
+    }
+    sum
+}
+
 impl SparseRank {
     /// Factors a matrix; returns `None` if the factors do not clearly decide the rank.
     fn new(matrix: &SparseMatrix, groups: &[usize], limit: Limit) -> Option<Self> {

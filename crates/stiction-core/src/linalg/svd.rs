@@ -1,5 +1,6 @@
 //! Singular value decomposition.
 
+use super::basis::Basis;
 use nalgebra::{DMatrix, DVector};
 
 /// Singular value decomposition `matrix = u * diag(singular_values) * transpose(v)`.
@@ -156,14 +157,14 @@ fn orthogonalise(
 }
 
 /// Computes an orthonormal basis of the directions in the span of `all` that are orthogonal to
-/// `known`. `all` and `known` must be orthonormal.
-pub(crate) fn complement(all: &[DVector<f64>], known: &[DVector<f64>]) -> Vec<DVector<f64>> {
-    if all.is_empty() || known.len() >= all.len() {
+/// `known`.
+pub(crate) fn complement(all: &Basis, known: &Basis) -> Vec<DVector<f64>> {
+    if known.len() >= all.len() {
         return Vec::new();
     }
-    let basis = DMatrix::from_columns(all);
+    let basis = DMatrix::from_columns(&all.dense());
     let mut rows = DMatrix::zeros(known.len().max(1), all.len());
-    for (k, vector) in known.iter().enumerate() {
+    for (k, vector) in known.dense().iter().enumerate() {
         rows.set_row(k, &basis.tr_mul(vector).transpose());
     }
     Svd::new(&rows).null_space(known.len()).iter().map(|amounts| &basis * amounts).collect()

@@ -1,6 +1,7 @@
 //! Layout of a mechanism: positions of its joints in space, and bodies grouped into legs.
 
 use super::placed::Placed;
+use stiction_core::disjoint_sets::DisjointSets;
 use stiction_core::joint::JointType;
 use stiction_core::mechanism::{BodyId, Mechanism};
 use stiction_core::spatial::Vec3;
@@ -133,15 +134,11 @@ fn branches(
     hubs: &[bool],
 ) -> (Vec<Option<usize>>, Vec<String>) {
     let bodies = mechanism.bodies();
-    let mut group: Vec<usize> = (0..bodies.len()).collect();
-    let unite = |group: &mut Vec<usize>, a: usize, b: usize| {
-        let (keep, drop) = (group[a].min(group[b]), group[a].max(group[b]));
-        group.iter_mut().filter(|of| **of == drop).for_each(|of| *of = keep);
-    };
+    let mut sets = DisjointSets::new(bodies.len());
     for joint in 0..mechanism.joints().len() {
         let (p, s) = ends(mechanism, joint);
         if !hubs[p] && !hubs[s] && joints[p].contains(&joint) {
-            unite(&mut group, p, s);
+            sets.unite(p, s);
         }
     }
     for a in 1..bodies.len() {
@@ -149,9 +146,10 @@ fn branches(
         if leg_of(&bodies[a].name).is_some()
             && let Some(b) = (1..a).find(same)
         {
-            unite(&mut group, a, b);
+            sets.unite(a, b);
         }
     }
+    let mut group: Vec<usize> = (0..bodies.len()).map(|body| sets.least(body)).collect();
     // A chain that is connected to one hub only is a serial arm, not a leg.
     let held = |member: usize| {
         let is_member = |body: usize| !hubs[body] && group[body] == member;

@@ -450,9 +450,10 @@ impl<'a> Watch<'a> {
     }
 }
 
-/// Returns the time at which an index vanishes that is V-shaped there, with the same slope on both
-/// sides. Of three points, pairs of time and index in chronological order, the second is the least.
-/// The steeper chord lies on one side of the tip, the other chord includes the tip.
+/// Returns the time at which a singularity index vanishes, close to the least of three points. The
+/// points are pairs of time and index in chronological order, and the second is the least. Near its
+/// zero the index is V-shaped, with the same slope on both sides: the steeper chord lies on one side
+/// of the tip, the other chord includes the tip.
 fn tip([low, least, high]: [(f64, f64); 3]) -> f64 {
     let falls = (low.1 - least.1) / (least.0 - low.0);
     let rises = (high.1 - least.1) / (high.0 - least.0);

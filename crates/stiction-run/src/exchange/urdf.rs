@@ -10,6 +10,7 @@ use super::mimic::{self, Mimic};
 use super::names::Names;
 use super::xml::{Xml, numbers};
 use super::{Home, Unfit};
+use stiction_core::disjoint_sets::DisjointSets;
 use stiction_core::joint::JointType;
 use stiction_core::mechanism::{BodyId, Joint, Mechanism};
 use stiction_core::spatial::{Mat3, Pose, Vec3};
@@ -98,17 +99,11 @@ fn tree(mechanism: &Mechanism) -> Vec<(usize, bool)> {
     };
     let mut order: Vec<usize> = (0..joints.len()).collect();
     order.sort_by_key(|&index| rank(&joints[index]));
-    let mut group: Vec<usize> = (0..mechanism.bodies().len()).collect();
-    let mut in_tree = Vec::new();
-    for index in order {
-        let (a, b) = (group[joints[index].predecessor.0], group[joints[index].successor.0]);
-        if a != b {
-            in_tree.push(index);
-            group.iter_mut().filter(|group| **group == b).for_each(|group| *group = a);
-        }
-    }
+    let mut trees = DisjointSets::new(mechanism.bodies().len());
+    let mut in_tree = order;
+    in_tree.retain(|&k| trees.unite(joints[k].predecessor.0, joints[k].successor.0));
     in_tree.sort_unstable();
-    let mut reached = vec![false; group.len()];
+    let mut reached = vec![false; mechanism.bodies().len()];
     reached[BodyId::GROUND.0] = true;
     let mut found = Vec::new();
     loop {

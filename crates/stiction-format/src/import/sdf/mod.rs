@@ -17,6 +17,7 @@ use crate::diagnostic::quoted;
 use frames::Frames;
 use models::Model;
 use std::collections::HashMap;
+use stiction_core::disjoint_sets::DisjointSets;
 use stiction_core::joint::JointType;
 use stiction_core::spatial::{Pose, Vec3};
 
@@ -113,13 +114,9 @@ impl Reader<'_, '_> {
     /// with the world.
     fn float(&mut self, models: &[Model]) {
         let count = self.robot.bodies.len();
-        let mut group: Vec<usize> = (0..count).collect();
-        let join = |group: &mut Vec<usize>, a: usize, b: usize| {
-            let (from, to) = (group[a], group[b]);
-            group.iter_mut().filter(|group| **group == from).for_each(|group| *group = to);
-        };
+        let mut groups = DisjointSets::new(count);
         for joint in &self.robot.joints {
-            join(&mut group, joint.from, joint.to);
+            groups.unite(joint.from, joint.to);
         }
         let mut canonical: Vec<usize> = models
             .iter()
@@ -128,10 +125,9 @@ impl Reader<'_, '_> {
             .collect();
         canonical.extend(1..count);
         for body in canonical {
-            if group[body] == group[GROUND] {
+            if !groups.unite(body, GROUND) {
                 continue;
             }
-            join(&mut group, body, GROUND);
             let name = self.robot.bodies[body].name.clone();
             let mut joint = Joint::new(format!("{name}_free"), JointType::Free, (GROUND, body));
             joint.start = Some(self.poses[body]);

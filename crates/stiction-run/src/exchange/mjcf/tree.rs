@@ -2,6 +2,7 @@
 
 use super::Unfit;
 use std::cmp::Reverse;
+use stiction_core::disjoint_sets::DisjointSets;
 use stiction_core::joint::JointType;
 use stiction_core::mechanism::{BodyId, Joint, Mechanism};
 
@@ -70,15 +71,11 @@ impl Tree {
         let geared = mechanism.gearings().iter().flat_map(|gearing| &gearing.dofs);
         let geared: Vec<usize> = geared.map(|dof| dof.joint.0).collect();
         order.sort_by_key(|&index| (!geared.contains(&index), rank(mechanism, &joints[index])));
-        let mut group: Vec<usize> = (0..mechanism.bodies().len()).collect();
+        let mut trees = DisjointSets::new(mechanism.bodies().len());
         let mut in_tree = vec![false; joints.len()];
         for index in order {
             let joint = &joints[index];
-            let (a, b) = (group[joint.predecessor.0], group[joint.successor.0]);
-            if a != b {
-                in_tree[index] = true;
-                group.iter_mut().filter(|group| **group == b).for_each(|group| *group = a);
-            }
+            in_tree[index] = trees.unite(joint.predecessor.0, joint.successor.0);
         }
         let mut count = vec![1; mechanism.bodies().len()];
         let mut closings = Vec::new();
