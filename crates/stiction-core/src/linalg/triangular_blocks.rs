@@ -1,15 +1,16 @@
-//! Block triangular form of a square sparse matrix.
+//! Block triangular form of a square matrix.
 
-use super::sparse::SparseMatrix;
-
-/// Groups the indices of a square matrix such that the matrix is block lower triangular in the
-/// order of the groups: entry (i, j) is zero if the group of `i` precedes the group of `j`. The
-/// groups are the strongly connected components of the graph with an edge from `j` to `i` for each
-/// entry (i, j), found by Tarjan's algorithm (1972), so none of them can be split further. The
-/// indices of a group are in ascending order.
-pub(crate) fn triangular_blocks(matrix: &SparseMatrix) -> Vec<Vec<usize>> {
+/// Groups the indices of a square matrix with `count` columns such that the matrix is block lower
+/// triangular in the order of the groups: entry (i, j) is zero if the group of `i` precedes the
+/// group of `j`. `rows` yields the rows of the entries of a column. The groups are the strongly
+/// connected components of the graph with an edge from `j` to `i` for each entry (i, j), found by
+/// Tarjan's algorithm (1972), so none of them can be split further. The indices of a group are in
+/// ascending order.
+pub(crate) fn triangular_blocks<I: Iterator<Item = usize>>(
+    count: usize,
+    rows: impl Fn(usize) -> I,
+) -> Vec<Vec<usize>> {
     const NEW: usize = usize::MAX;
-    let count = matrix.ncols();
     // Order of discovery; smallest order that is reachable from an index.
     let (mut order, mut reachable) = (vec![NEW; count], vec![NEW; count]);
     let mut is_open = vec![false; count];
@@ -27,11 +28,11 @@ pub(crate) fn triangular_blocks(matrix: &SparseMatrix) -> Vec<Vec<usize>> {
                 next += 1;
                 is_open[index] = true;
                 open.push(index);
-                path.push((index, matrix.column(index)));
+                path.push((index, rows(index)));
             }
             let Some((index, entries)) = path.last_mut() else { break };
             let index = *index;
-            if let Some((to, _)) = entries.next() {
+            if let Some(to) = entries.next() {
                 if order[to] == NEW {
                     entering = Some(to);
                 } else if is_open[to] {
@@ -70,8 +71,9 @@ mod tests {
             places in prop::collection::vec((0..9usize, 0..9usize), 0..20),
         ) {
             let count = 9;
-            let entries = places.iter().map(|&(row, column)| (row, column, 1.0));
-            let groups = triangular_blocks(&SparseMatrix::new((count, count), entries));
+            let groups = triangular_blocks(count, |column| {
+                places.iter().filter(move |(_, own)| *own == column).map(|(row, _)| *row)
+            });
             let mut group_of = vec![usize::MAX; count];
             for (k, group) in groups.iter().enumerate() {
                 for &member in group {

@@ -88,15 +88,20 @@ impl Couplings {
     /// Returns groups of interfaces. The friction of a group influences no friction limit of an
     /// earlier group, except for round-off.
     pub(super) fn groups(&self) -> Vec<Vec<usize>> {
-        let size = (self.of_limits.nrows(), self.of_limits.ncols());
-        let entries =
-            self.of_limits.entries().filter(|(.., entry)| *entry > ROUND_OFF || entry.is_nan());
-        triangular_blocks(&SparseMatrix::new(size, entries))
+        triangular_blocks(self.of_limits.ncols(), |column| {
+            let counts = |entry: f64| entry > ROUND_OFF || entry.is_nan();
+            self.of_limits
+                .column(column)
+                .filter(move |(_, entry)| counts(*entry))
+                .map(|(row, _)| row)
+        })
     }
 
     fn blocks(&self) -> &[DiagonalBlock] {
         self.blocks.get_or_init(|| {
-            let each = triangular_blocks(&self.of_limits).into_iter().map(|interfaces| {
+            let count = self.of_limits.ncols();
+            let rows = |column| self.of_limits.column(column).map(|(row, _)| row);
+            let each = triangular_blocks(count, rows).into_iter().map(|interfaces| {
                 let matrix = self.of_limits.select(&interfaces);
                 DiagonalBlock { interfaces, matrix }
             });
