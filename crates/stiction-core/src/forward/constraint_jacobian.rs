@@ -74,6 +74,41 @@ pub(super) struct ConstraintRow {
     pub(super) scale: f64,
 }
 
+impl ConstraintRow {
+    /// Calls `of` for each entry of the row of the constraint Jacobian that can differ from zero,
+    /// with the index of the DOF of the spanning tree.
+    pub(super) fn each_entry(
+        &self,
+        (topology, parameters): (&Topology, &Parameters<f64>),
+        bodies: &Bodies<f64>,
+        mut of: impl FnMut(usize, f64),
+    ) {
+        match self.gearing {
+            Some(gearing) => {
+                topology.gearings[gearing].terms(parameters).for_each(|(d, entry)| of(d, entry));
+            }
+            None => each_dof(topology, self.joint, |tree_dof, sign| {
+                of(tree_dof, sign * bodies.screws[tree_dof].power(self.covector));
+            }),
+        }
+    }
+
+    /// Returns the norm of the row of the constraint Jacobian, multiplied by its scale and each
+    /// entry by that of its DOF in `columns`.
+    pub(super) fn size(
+        &self,
+        at: (&Topology, &Parameters<f64>),
+        bodies: &Bodies<f64>,
+        columns: &[f64],
+    ) -> f64 {
+        let mut square = 0.0;
+        self.each_entry(at, bodies, |tree_dof, entry| {
+            square += (entry * columns[tree_dof]).powi(2)
+        });
+        self.scale * square.sqrt()
+    }
+}
+
 /// All constraint rows at one configuration and velocity.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ConstraintRows {
@@ -182,14 +217,8 @@ impl ConstraintRows {
         matrix.clear();
         matrix.resize(rows.len() * n, 0.0);
         for (row, entries) in rows.iter().zip(matrix.chunks_exact_mut(n.max(1))) {
-            if let Some(gearing) = row.gearing {
-                for (tree_dof, coefficient) in topology.gearings[gearing].terms(parameters) {
-                    entries[tree_dof] = coefficient;
-                }
-                continue;
-            }
-            each_dof(topology, row.joint, |tree_dof, sign| {
-                entries[tree_dof] = sign * bodies.screws[tree_dof].power(row.covector);
+            row.each_entry((topology, parameters), bodies, |tree_dof, entry| {
+                entries[tree_dof] = entry;
             });
         }
     }
@@ -203,14 +232,9 @@ impl ConstraintRows {
         index: usize,
         rates: &[f64],
     ) -> f64 {
-        let row = &self.rows[index];
-        if let Some(gearing) = row.gearing {
-            let terms = topology.gearings[gearing].terms(parameters);
-            return terms.map(|(tree_dof, coefficient)| coefficient * rates[tree_dof]).sum();
-        }
         let mut sum = 0.0;
-        each_dof(topology, row.joint, |tree_dof, sign| {
-            sum += sign * bodies.screws[tree_dof].power(row.covector) * rates[tree_dof];
+        self.rows[index].each_entry((topology, parameters), bodies, |tree_dof, entry| {
+            sum += entry * rates[tree_dof];
         });
         sum
     }

@@ -188,6 +188,12 @@ impl SparseQr {
         self.dropped
     }
 
+    /// Yields the magnitudes of the diagonal entries: the norms of the remainders of the independent
+    /// columns.
+    pub(crate) fn diagonal(&self) -> impl Iterator<Item = f64> + '_ {
+        (0..self.rank()).map(|row| self.values[self.starts[row]].abs())
+    }
+
     /// Yields the column indices and values of a row of `R`, the pivot first.
     fn row(&self, row: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let range = self.starts[row]..self.starts[row + 1];

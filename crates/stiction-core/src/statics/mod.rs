@@ -5,6 +5,7 @@
 //! moving mechanisms.
 
 mod distance;
+mod least_index;
 mod load;
 #[doc(hidden)]
 pub mod newton_euler;
@@ -24,6 +25,8 @@ pub(crate) use weakest::IdleAxis;
 // Used by other crates of the project; not part of the stable interface.
 #[doc(hidden)]
 pub use distance::{Constraints, JointLoad, leg_distance};
+#[doc(hidden)]
+pub use least_index::{LeastIndex, least_index};
 #[doc(hidden)]
 pub use rank::{NullDirection, Statics};
 #[doc(hidden)]

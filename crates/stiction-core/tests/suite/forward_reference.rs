@@ -98,6 +98,43 @@ fn n_four_bar(n: usize) -> Mechanism {
     builder.build().unwrap()
 }
 
+/// Long rows are decomposed sparsely. All their loops are singular at the same time, because the
+/// closure equations along the line of the bars vanish.
+#[test]
+fn long_rows_of_four_bars_pass_singular_positions() {
+    for count in [2, 60] {
+        let model = Forward::new(n_four_bar(count), &[]);
+        let start = [at(0.3, -1.0)];
+        let state = model.assemble(&[], &[first_joint(model.mechanism())], &start).unwrap();
+        let mut simulation = model.start(0.0, state, fine(), &mut none()).unwrap();
+        simulation.advance(0.5, &mut none()).unwrap();
+        let told: Vec<f64> = simulation
+            .events()
+            .iter()
+            .filter(|event| matches!(event.kind, EventKind::Singular { .. }))
+            .map(|event| event.time)
+            .collect();
+        // Time from the first angle to zero, computed by Simpson's rule.
+        let (n, bars) = (1000, count as f64);
+        let pull = (0.5 * (bars + 1.0) + bars) / ((bars + 1.0) / 3.0 + bars) * 9.81;
+        let part = |k: usize| {
+            let angle = 0.3 * k as f64 / n as f64;
+            let weight = if k == 0 || k == n { 1.0 } else { 2.0 + 2.0 * (k % 2) as f64 };
+            weight / (1.0 + 2.0 * pull * (0.3_f64.sin() - angle.sin())).sqrt()
+        };
+        let expected = 0.3 / (3.0 * n as f64) * (0..=n).map(part).sum::<f64>();
+        assert_eq!(told.len(), 1, "{count}: {told:?}");
+        assert!((told[0] - expected).abs() < 1e-7, "{count}: {told:?} {expected}");
+        assert!(simulation.energy_error().abs() < 1e-8, "{count}: {}", simulation.energy_error());
+        // All uprights remain parallel.
+        let tip = |name: String, base: f64| {
+            point(&simulation, &model, &name, v(1.0, 0.0, 0.0)) - v(base, 0.0, 0.0)
+        };
+        let apart = (tip("v0".into(), 0.0) - tip(format!("v{count}"), bars)).norm();
+        assert!(apart < 1e-8, "{count}: {apart:e}");
+    }
+}
+
 #[test]
 fn r2_four_bars_pass_singular_positions() {
     let model = Forward::new(n_four_bar(2), &[]);

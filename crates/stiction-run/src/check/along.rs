@@ -8,7 +8,8 @@ use stiction_core::dynamics::InverseDynamics;
 use stiction_core::mechanism::Mechanism;
 use stiction_core::mobility::{Mobility, blocked_motions};
 use stiction_core::statics::{
-    Constraints, Distances, GainedTwist, SingularityDistances, Statics, leg_distance,
+    Constraints, Distances, GainedTwist, LeastIndex, SingularityDistances, Statics, least_index,
+    leg_distance,
 };
 
 /// Kind of singularity.
@@ -81,31 +82,13 @@ const NEAR: f64 = 0.05;
 const CROSSED: f64 = 1e-7;
 /// Index above which a balance with as many unknowns as equations has full rank.
 const REGULAR: f64 = 1e-3;
-/// Largest number of steps of a search for a least index or a passage. Without parabolas, a step
-/// shortens the interval by the golden ratio on average; a bisection step halves it.
+/// Largest number of bisection steps in the search for a passage.
 const STEPS: usize = 60;
-/// Indices that differ by at most this value count as equal in a search for the least index.
-const SAME: f64 = 1e-13;
-/// Index above which a minimum along the motion is smooth, not a passage.
-const SMOOTH: f64 = 1e-6;
-/// Distance of the two least points of a search, as a fraction of the searched interval, from which
-/// the parabola through the three least points is accurate.
-const CLOSE: f64 = 1e-3;
-/// Length of the shorter part of an interval divided by the golden ratio.
-const SHORTER_PART: f64 = 0.381_966_011_250_105;
 
 /// Mechanism and its singularity indices at one sample.
 struct Sample<'a> {
     follower: Follower<'a>,
     distances: [Option<f64>; 3],
-}
-
-/// Result of a search for the least singularity index between samples.
-struct Found<'a> {
-    follower: Follower<'a>,
-    distance: f64,
-    /// Time at which the singularity index vanishes, s, by linear extrapolation from both sides.
-    passage: f64,
 }
 
 /// Monitor of the singularity indices along a motion.
@@ -210,7 +193,8 @@ impl<'a> Watch<'a> {
         let (Some(before), Some(last)) = (&self.before_last, &self.last) else { return };
         let distances = [before, last, now].map(|sample| sample.distances[k]);
         let [Some(before_it), Some(least), Some(after_it)] = distances else { return };
-        if before_it < least || after_it <= least {
+        // Rounding must not create a minimum.
+        if before_it < least || !is_less(least, after_it) {
             return;
         }
         if least < SINGULAR {
@@ -236,10 +220,10 @@ impl<'a> Watch<'a> {
         self.refined[k] += 1;
         let apart = 1e-3 * (now.follower.time() - before.follower.time());
         let Some(found) = self.search(kind, [before, last, now]) else { return };
-        let Found { follower, distance, passage } = found;
-        self.add(kind, follower.time(), distance, &follower.solver);
+        let LeastIndex { configuration: follower, index, passage, .. } = found;
+        self.add(kind, follower.time(), index, &follower.solver);
         // If all poses are nearly singular, a minimum is not a passage.
-        if distance < CROSSED && distance < 1e-3 * before_it.max(after_it) {
+        if index < CROSSED && index < 1e-3 * before_it.max(after_it) {
             let weakness = self.weakness(&follower.solver, kind);
             self.cross(kind, passage, apart, weakness);
         }
@@ -290,7 +274,7 @@ impl<'a> Watch<'a> {
             not_searched: 0,
         });
         // Rounding must not move the least value to a later instant.
-        if distance < found.least * (1.0 - 1e-9) - 1e-12 {
+        if is_less(distance, found.least) {
             (found.least, found.time) = (distance, time);
             self.nearest[kind as usize] = Some(solver.clone());
         }
@@ -308,86 +292,28 @@ impl<'a> Watch<'a> {
     }
 
     /// Locates the least singularity index between the first and the last of three samples, of
-    /// which the second has the least index, by successive parabolic interpolation, with
-    /// golden-section steps where it does not converge (Brent 1973). The parabolas interpolate the
-    /// squared index, which is smooth even where the index passes zero.
-    fn search(&self, kind: Kind, [before, last, now]: [&Sample<'a>; 3]) -> Option<Found<'a>> {
-        let at = |time: f64| -> Option<(Follower<'a>, f64)> {
+    /// which the second has the least index.
+    fn search(
+        &self,
+        kind: Kind,
+        [before, last, now]: [&Sample<'a>; 3],
+    ) -> Option<LeastIndex<Follower<'a>>> {
+        let at = |time: f64| {
             let mut follower = before.follower.clone();
             follower.go_to(time).ok()?;
             let statics = follower.solver.statics();
             let distance = self.distance(&Constraints::new(&statics), kind)?;
-            Some((follower, distance))
+            Some((distance, follower))
         };
         let known =
             |sample: &Sample<'_>| Some((sample.follower.time(), sample.distances[kind as usize]?));
-        let (mut low, mut least, mut high) = (known(before)?, known(last)?, known(now)?);
-        let mut follower = last.follower.clone();
+        let (low, mut least, high) = (known(before)?, known(last)?, known(now)?);
+        let follower = last.follower.clone();
         if self.proximity.is_some() {
             // Compare only values of one method.
             least.1 = self.distance(&Constraints::new(&follower.solver.statics()), kind)?;
         }
-        // The second and third least points, and the last two steps.
-        let (mut second, mut third) = if low.1 < high.1 { (low, high) } else { (high, low) };
-        let span = high.0 - low.0;
-        let (mut step, mut step_before) = (span, span);
-        for _ in 0..STEPS {
-            let time = least.0;
-            let (back, ahead) = (low.0 - time, high.0 - time);
-            let smallest = 1e-14 * low.0.abs().max(high.0.abs());
-            if ahead - back <= 4.0 * smallest {
-                break;
-            }
-            let vertex = vertex([least, second, third]);
-            // Close to a smooth minimum, the parabola shows that the index decreases no further.
-            let is_close = (second.0 - time).abs() < CLOSE * span;
-            if let Some((_, decrease)) = vertex
-                && is_close
-                && least.1 > SMOOTH
-                && decrease <= 2.0 * least.1 * SAME
-            {
-                break;
-            }
-            let last_but_one = core::mem::replace(&mut step_before, step);
-            step = match vertex.map(|(step, _)| step) {
-                Some(x) if x > back && x < ahead && 2.0 * x.abs() < last_but_one.abs() => x,
-                _ => {
-                    step_before = if ahead > -back { ahead } else { back };
-                    SHORTER_PART * step_before
-                }
-            };
-            // A step that is too short would repeat a known point.
-            step = step.clamp(back + smallest, ahead - smallest);
-            if step.abs() < smallest {
-                step = smallest.copysign(ahead + back);
-            }
-            // At the singular pose itself the motion may be undetermined.
-            let parts = [1.0, 1.0 - 1e-6, 1.0 - 1e-4, 0.99, 0.9, 0.5, 0.1].into_iter();
-            let mut nearby = parts.map(|part| time + part * step);
-            let Some((time, found)) = nearby.find_map(|time| Some((time, at(time)?))) else {
-                break;
-            };
-            let next = (time, found.1);
-            let is_flat = [next, second].iter().all(|other| (other.1 - least.1).abs() <= SAME);
-            if next.1 <= least.1 {
-                *(if time > least.0 { &mut low } else { &mut high }) = least;
-                (third, second, least) = (second, least, next);
-                follower = found.0;
-            } else {
-                *(if time > least.0 { &mut high } else { &mut low }) = next;
-                if next.1 <= second.1 {
-                    (third, second) = (second, next);
-                } else if next.1 <= third.1 {
-                    third = next;
-                }
-            }
-            // The instant of a smooth minimum is accurate only to the square root of the rounding
-            // error.
-            if is_flat && least.1 > SMOOTH {
-                break;
-            }
-        }
-        Some(Found { follower, distance: least.1, passage: tip([low, least, high]) })
+        Some(least_index([low, least, high], follower, at))
     }
 
     fn distance(&self, constraints: &Constraints<'_>, kind: Kind) -> Option<f64> {
@@ -450,30 +376,9 @@ impl<'a> Watch<'a> {
     }
 }
 
-/// Returns the time at which a singularity index vanishes, close to the least of three points. The
-/// points are pairs of time and index in chronological order, and the second is the least. Near its
-/// zero the index is V-shaped, with the same slope on both sides: the steeper chord lies on one side
-/// of the tip, the other chord includes the tip.
-fn tip([low, least, high]: [(f64, f64); 3]) -> f64 {
-    let falls = (low.1 - least.1) / (least.0 - low.0);
-    let rises = (high.1 - least.1) / (high.0 - least.0);
-    let time = least.0 + if falls >= rises { least.1 / falls } else { -least.1 / rises };
-    if time.is_finite() { time.clamp(low.0, high.0) } else { least.0 }
-}
-
-/// Returns the step from the first of three points, pairs of time and index, to the vertex of the
-/// parabola through the squared indices, and the decrease of the squared index in this step; `None`
-/// if the points lie on no parabola with a minimum.
-fn vertex([(origin, value), second, third]: [(f64, f64); 3]) -> Option<(f64, f64)> {
-    let relative = |point: (f64, f64)| (point.0 - origin, point.1.powi(2) - value.powi(2));
-    let ((a, above_a), (b, above_b)) = (relative(second), relative(third));
-    // Slope at the first point and half the second derivative, both times a b (b - a).
-    let slope = above_a * b * b - above_b * a * a;
-    let bend = above_b * a - above_a * b;
-    let size = a * b * (b - a);
-    let step = -0.5 * slope / bend;
-    let is_minimum = bend * size > 0.0 && step.is_finite();
-    is_minimum.then(|| (step, bend / size * step * step))
+/// Returns true if an index is less than another one by more than rounding.
+fn is_less(index: f64, other: f64) -> bool {
+    index < other * (1.0 - 1e-9) - 1e-12
 }
 
 /// Describes the motions that the body with the most joints can still perform at `time`, s, when a
@@ -497,40 +402,4 @@ pub(super) fn left_at(start: &Follower<'_>, time: f64) -> Result<Option<String>,
             false => format!("{} retains {}", hub.body, motions.join("; ")),
         }
     }))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{tip, vertex};
-
-    /// A parabola through squared indices finds a smooth minimum and the tip of a V.
-    #[test]
-    fn a_parabola_through_squares_finds_its_vertex() {
-        let smooth = |t: f64| (t, (0.2 + 3.0 * (t - 0.7).powi(2)).sqrt());
-        let passage = |t: f64| (t, 5.0 * (t - 0.7).abs());
-        for (points, least) in [
-            ([0.6, 0.1, 0.9].map(smooth), 0.2_f64.sqrt()),
-            ([0.75, 0.9, 0.3].map(smooth), 0.2_f64.sqrt()),
-            ([0.8, 0.4, 1.0].map(passage), 0.0),
-        ] {
-            let (step, decrease) = vertex(points).unwrap();
-            assert!((points[0].0 + step - 0.7).abs() < 1e-14, "{points:?}");
-            assert!((points[0].1.powi(2) - decrease - least.powi(2)).abs() < 1e-14, "{points:?}");
-        }
-        // A maximum, a line and equal points have no minimum.
-        assert_eq!(vertex([(0.5, 2.0), (0.0, 1.0), (1.0, 1.0)]), None);
-        assert_eq!(vertex([(0.5, 1.0), (0.0, 1.0), (1.0, 1.0)]), None);
-        assert_eq!(vertex([(0.5, 1.0), (0.5, 1.0), (1.0, 2.0)]), None);
-    }
-
-    /// The tip of a V lies beyond the least point, on the side of the flatter chord; a least point
-    /// that is zero is the tip.
-    #[test]
-    fn the_tip_of_a_passage_lies_beyond_the_least_point() {
-        let index = |t: f64| (t, 5.0 * (t - 0.7).abs());
-        assert!((tip([0.0, 0.69, 1.0].map(index)) - 0.7).abs() < 1e-15);
-        assert!((tip([0.65, 0.71, 1.0].map(index)) - 0.7).abs() < 1e-15);
-        assert_eq!(tip([0.2, 0.7, 1.0].map(index)), 0.7);
-        assert_eq!(tip([(0.0, 1.0), (0.5, 1.0), (1.0, 1.0)]), 0.5);
-    }
 }

@@ -7,8 +7,8 @@
 //! singular configuration, with its stages as far from this configuration as possible.
 
 use super::Simulation;
-use super::singular::golden_section;
 use crate::forward::integrator::NODES_OF_OUTPUT;
+use crate::statics::least_index;
 
 /// Singularity index above which the search for a singular configuration ahead is skipped.
 const NEAR: f64 = 0.5;
@@ -99,8 +99,9 @@ impl Simulation<'_> {
         let values: Vec<f64> = (0..=SAMPLES).map(|k| distance(k as f64 * spacing)).collect();
         let is_least = |k: &usize| values[*k] <= values[k - 1] && values[*k] <= values[k + 1];
         (1..SAMPLES).filter(is_least).find_map(|k| {
-            let bounds = ((k - 1) as f64 * spacing, (k + 1) as f64 * spacing);
-            let (crossing, narrow) = golden_section(bounds, 1e-3 * spacing, &mut distance);
+            let known = [k - 1, k, k + 1].map(|k| (k as f64 * spacing, values[k]));
+            let found = least_index(known, (), |t| Some((distance(t), ())));
+            let (crossing, narrow) = (found.passage, found.index);
             let beside = [-2.0, 2.0].map(|k| distance(crossing + k * spacing));
             let beside = beside[0].min(beside[1]);
             (narrow < NARROW && beside > RISES * narrow)

@@ -7,7 +7,8 @@ use crate::forward::constraint_jacobian::{ConstrainedDof, ConstraintRows};
 use crate::forward::data::FrictionDistribution;
 use crate::forward::sparse::rows::SparseRows;
 use crate::kinematics::{Bodies, State, Target};
-use crate::linalg::RowSpace;
+use crate::linalg::{ColumnOrder, LARGE, RowSpace, SparseMatrix, SparseQr};
+use crate::random::Random;
 
 /// Buffers for computing the rank of the constraints at a configuration.
 #[derive(Clone, Debug)]
@@ -19,6 +20,8 @@ pub(super) struct Ranks {
     scaled: Vec<f64>,
     space: RowSpace,
     sparse: Option<SparseRows>,
+    /// Rank at almost all coordinates, once it is known.
+    generic: Option<usize>,
     /// Coordinates of the last configuration, its rank and its singularity index.
     last: (Vec<f64>, usize, f64),
     /// Target motions of the prescribed joints.
@@ -36,6 +39,7 @@ impl Ranks {
             scaled: Vec::new(),
             space: RowSpace::default(),
             sparse: SparseRows::new(model),
+            generic: None,
             last: (Vec::new(), 0, 0.0),
             targets: Vec::new(),
         }
@@ -58,19 +62,45 @@ impl Ranks {
     }
 
     fn decompose(&mut self, model: &Forward, state: &State<f64>) -> (usize, f64) {
+        self.place(model, state);
+        let Self { bodies, constrained, rows, sparse, generic, .. } = self;
+        if let Some(sparse) = sparse {
+            let generic = *generic.get_or_insert_with(|| generic_rank(model, constrained));
+            // Rows that are nearly dependent have pivots like those of dependent rows.
+            if sparse.decompose(model, bodies, rows, &[]) && sparse.rank() >= generic {
+                return (sparse.rank(), sparse.distance());
+            }
+        }
+        self.reflect(model)
+    }
+
+    /// Returns the rank of the constraints and the singularity index at a state like [`Self::at`],
+    /// but always from orthogonal reflections, so that the index varies continuously even very
+    /// close to a singular configuration.
+    pub(super) fn precisely_at(&mut self, model: &Forward, state: &State<f64>) -> (usize, f64) {
+        self.place(model, state);
+        self.reflect(model)
+    }
+
+    /// Computes the constraint rows at a state.
+    fn place(&mut self, model: &Forward, state: &State<f64>) {
         let (topology, parameters) = (&model.topology, &model.parameters);
-        let Self { bodies, constrained, sticking, rows, scaled, space, sparse, targets, .. } = self;
+        let Self { bodies, constrained, sticking, rows, targets, .. } = self;
         bodies.place(topology, parameters, &state.coordinates);
         bodies.move_with(topology, &state.rates);
         model.constrain(targets, &[], &FrictionDistribution::default(), constrained, sticking);
         rows.update_rows(topology, parameters, bodies, constrained);
-        if let Some(sparse) = sparse
-            && sparse.decompose(model, bodies, rows, &[])
-        {
-            return (sparse.rank(), sparse.distance());
+    }
+
+    /// Decomposes the constraint rows by orthogonal reflections.
+    fn reflect(&mut self, model: &Forward) -> (usize, f64) {
+        let (topology, parameters) = (&model.topology, &model.parameters);
+        let Self { bodies, rows, scaled, space, .. } = self;
+        let n = topology.dofs();
+        if n >= LARGE {
+            return reflect_sparsely(model, bodies, rows);
         }
         rows.fill_matrix(topology, parameters, bodies);
-        let n = topology.dofs();
         rows.scale_into(&model.columns, scaled);
         space.decompose(scaled, rows.rows.len(), n, DEPENDENT);
         (space.rank(), space.least_part())
@@ -84,4 +114,39 @@ impl Ranks {
         ahead.advance(&model.topology, &by);
         self.at(model, &ahead)
     }
+}
+
+/// Computes the rank of the constraint rows at random coordinates, at which the loops are open. The
+/// rank at closed loops is at most this value.
+fn generic_rank(model: &Forward, constrained: &[ConstrainedDof]) -> usize {
+    let (topology, parameters) = (&model.topology, &model.parameters);
+    let mut random = Random::new(1);
+    let mut state = State::new(topology);
+    let step: Vec<f64> = model.columns.iter().map(|column| column * random.number()).collect();
+    state.advance(topology, &step);
+    let mut bodies = Bodies::new(topology);
+    bodies.place(topology, parameters, &state.coordinates);
+    bodies.move_with(topology, &state.rates);
+    let mut rows = ConstraintRows::default();
+    rows.update_rows(topology, parameters, &bodies, constrained);
+    reflect_sparsely(model, &bodies, &rows).0
+}
+
+/// Computes the rank and the singularity index of the constraint rows by sparse orthogonal
+/// reflections.
+fn reflect_sparsely(model: &Forward, bodies: &Bodies<f64>, rows: &ConstraintRows) -> (usize, f64) {
+    let mut entries = Vec::new();
+    for (index, row) in rows.rows.iter().enumerate() {
+        row.each_entry((&model.topology, &model.parameters), bodies, |tree_dof, entry| {
+            entries.push((tree_dof, index, entry * row.scale * model.columns[tree_dof]));
+        });
+    }
+    let transposed =
+        SparseMatrix::new((model.topology.dofs(), rows.rows.len()), entries.into_iter());
+    let joints: Vec<usize> = rows.rows.iter().map(|row| row.joint).collect();
+    let norm = |row| transposed.column(row).map(|(_, x)| x * x).sum::<f64>().sqrt();
+    let largest = (0..rows.rows.len()).map(norm).fold(f64::MIN_POSITIVE, f64::max);
+    let order = ColumnOrder::new(&transposed, &joints);
+    let factor = SparseQr::new(&transposed, &order, DEPENDENT * largest.max(1.0));
+    (factor.rank(), factor.diagonal().fold(1.0, |least, part| least.min(part / largest)))
 }

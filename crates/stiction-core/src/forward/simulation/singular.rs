@@ -13,6 +13,7 @@ use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 use crate::forward::instant::InterfaceSample;
 use crate::spatial::Wrench;
+use crate::statics::least_index;
 
 /// Singularity index above which no passage through a singular configuration is possible in the
 /// next step.
@@ -28,6 +29,9 @@ const BESIDE: f64 = 1e-3;
 /// Fraction of a step over which the slope of the singularity index at either end of the step is
 /// computed.
 const LITTLE: f64 = 1e-3;
+/// Longest time until the singularity index would vanish at its rates at both ends of a step, as a
+/// multiple of the step. A passage within the step takes about one step.
+const PASSES: f64 = 8.0;
 
 impl Simulation<'_> {
     /// Determines accelerations and reactions if the motion starts at a configuration at which the
@@ -137,9 +141,11 @@ impl Simulation<'_> {
             return Ok(());
         }
         let little = LITTLE * step;
-        let nears = ranks.ahead(model, before, little).1 < distance_before;
-        let leaves = ranks.ahead(model, &self.now.state, -little).1 < distance;
-        if !(nears && leaves) {
+        let falls = distance_before - ranks.ahead(model, before, little).1;
+        let rises = distance - ranks.ahead(model, &self.now.state, -little).1;
+        // The index of a passage is proportional to the time until or since the passage.
+        let until_zero = little * (distance_before / falls + distance / rises);
+        if falls <= 0.0 || rises <= 0.0 || until_zero > PASSES * step {
             return Ok(());
         }
         // Searches for the minimum of the singularity index along the dense output of the step.
@@ -151,14 +157,22 @@ impl Simulation<'_> {
             steps.interpolate(time, &last, |t, y, rates| self.derivative(t, y, rates, inputs));
         self.steps = steps;
         prepared?;
-        let mut distance = |part: f64| {
+        // The index does not vary continuously where the rank is smaller.
+        let mut at = |part: f64| {
             self.steps.at(part, &mut last);
             let (state, _) = self.unpack(&last);
-            ranks.at(model, &state).1
+            let (here, index) = ranks.precisely_at(model, &state);
+            (here == rank).then_some((index, ()))
         };
-        let (part, least) = golden_section((0.0, 1.0), 1e-12, &mut distance);
-        if least < PASSED {
-            self.report_singular(time + part * step, 1);
+        let points = [0.0, LITTLE, 0.5, 1.0 - LITTLE, 1.0].map(|part| Some((part, at(part)?.0)));
+        let [Some(begin), a, b, c, Some(end)] = points else { return Ok(()) };
+        let least = [a, b, c].into_iter().flatten().min_by(|a, b| a.1.total_cmp(&b.1));
+        let Some(middle) = least.filter(|(_, index)| *index < begin.1.min(end.1)) else {
+            return Ok(());
+        };
+        let found = least_index([begin, middle, end], (), at);
+        if found.index < PASSED {
+            self.report_singular(time + found.passage * step, 1);
         }
         Ok(())
     }
@@ -170,28 +184,4 @@ impl Simulation<'_> {
         }
         self.events.push(Event { time, kind: EventKind::Singular { lost } });
     }
-}
-
-/// Finds the minimum of a function that has a single minimum between two bounds, by golden-section
-/// search. Returns the location of the minimum, accurate to `fine`, and the smallest value found.
-pub(super) fn golden_section(
-    (mut low, mut high): (f64, f64),
-    fine: f64,
-    value: &mut impl FnMut(f64) -> f64,
-) -> (f64, f64) {
-    let golden = 0.5 * (5_f64.sqrt() - 1.0);
-    let (mut a, mut b) = (high - golden * (high - low), low + golden * (high - low));
-    let (mut at_a, mut at_b) = (value(a), value(b));
-    while high - low > fine {
-        if at_a < at_b {
-            (high, b, at_b) = (b, a, at_a);
-            a = high - golden * (high - low);
-            at_a = value(a);
-        } else {
-            (low, a, at_a) = (a, b, at_b);
-            b = low + golden * (high - low);
-            at_b = value(b);
-        }
-    }
-    (0.5 * (low + high), at_a.min(at_b))
 }

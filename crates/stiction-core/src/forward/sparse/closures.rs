@@ -24,9 +24,9 @@ const ADDED: f64 = 1e-8;
 /// below [`DEPENDENT`].
 const INDEPENDENT: f64 = 1e-5;
 const DEPENDENT: f64 = 2e-7;
-/// Singularity index above which a solution without an added matrix needs no iterative refinement.
-/// The relative error of such a solution is the unit round-off divided by the square of the index.
-const REGULAR: f64 = 0.03;
+/// Smallest pivot above which a solution without an added matrix needs no iterative refinement. The
+/// relative error of such a solution is the unit round-off divided by this pivot.
+const REGULAR: f64 = 9e-4;
 /// The iterative refinement ends if the residual is below this fraction of the right-hand side.
 const SETTLED: f64 = 1e-15;
 /// Largest number of refinement iterations.
@@ -85,6 +85,8 @@ pub(in crate::forward) struct Closures {
     /// Factor of each row that scales the diagonal of `S` to one.
     scales: Vec<Part>,
     weights: Vec<f64>,
+    /// Norm of each row of the constraint Jacobian, see [`Self::set_size`].
+    sizes: Vec<Part>,
     /// Diagonal of the added definite matrix, scaled like the system.
     diagonal: Vec<Part>,
     matrix: System,
@@ -93,8 +95,10 @@ pub(in crate::forward) struct Closures {
     /// Number of independent rows.
     pub(in crate::forward) rank: usize,
     /// Singularity index: smallest distance of an independent row from the span of the preceding
-    /// rows, relative to the norm of the row; one if the system has no rows.
+    /// rows, relative to the norm of the largest row; one if the system has no rows.
     pub(in crate::forward) distance: f64,
+    /// Smallest pivot of an independent row in the scaled system, one if the system has no rows.
+    least_pivot: f64,
 }
 
 /// Buffers of [`Closures::solve`].
@@ -158,11 +162,13 @@ impl Closures {
             values: vec![[0.0; BLOCK]; count],
             scales: vec![[1.0; BLOCK]; topology.cuts.len()],
             weights: Vec::new(),
+            sizes: vec![[0.0; BLOCK]; topology.cuts.len()],
             diagonal: vec![[0.0; BLOCK]; topology.cuts.len()],
             matrix,
             added: 0.0,
             rank: 0,
             distance: 1.0,
+            least_pivot: 1.0,
         }
     }
 
@@ -197,7 +203,15 @@ impl Closures {
             self.places.push(Some(Place { block, row: next }));
         }
         self.values.fill([0.0; BLOCK]);
+        self.sizes.fill([0.0; BLOCK]);
         true
+    }
+
+    /// Sets the norm of a row of the constraint Jacobian, with scales that make angles and lengths
+    /// comparable. The scaled system does not show that a row vanishes, as rows of linkages do at
+    /// dead centres.
+    pub(in crate::forward) fn set_size(&mut self, at: Place, size: f64) {
+        self.sizes[at.block][at.row] = size;
     }
 
     /// Adds `value` to the entry of `V` in the row at `at` and the column of a DOF.
@@ -324,22 +338,25 @@ impl Closures {
         }
     }
 
-    /// Counts the independent rows by their pivots, and sets `rank` and `distance`. Returns false
-    /// if a pivot is neither large enough for an independent row nor small enough for a dependent
-    /// row.
+    /// Counts the independent rows by their pivots, and sets `rank`, `distance` and `least_pivot`.
+    /// Returns false if a pivot is neither large enough for an independent row nor small enough for
+    /// a dependent row.
     fn count_independent(&mut self, some_dependent: bool) -> bool {
-        let (mut least, mut rank) = (1.0_f64, 0);
+        let (mut distance, mut least, mut rank) = (1.0_f64, 1.0_f64, 0);
+        let largest = self.sizes.iter().flatten().copied().fold(f64::MIN_POSITIVE, f64::max);
         for (block, &count) in self.counts.iter().enumerate() {
-            for pivot in &self.matrix.pivots(block)[..count] {
+            let pivots = self.matrix.pivots(block);
+            for (pivot, size) in pivots[..count].iter().zip(&self.sizes[block]) {
                 if *pivot > INDEPENDENT {
                     least = least.min(*pivot);
+                    distance = distance.min(pivot.sqrt() * size / largest);
                     rank += 1;
                 } else if !some_dependent || *pivot > DEPENDENT || pivot.is_nan() {
                     return false;
                 }
             }
         }
-        (self.rank, self.distance) = (rank, least.sqrt());
+        (self.rank, self.distance, self.least_pivot) = (rank, distance, least);
         true
     }
 
@@ -415,7 +432,7 @@ impl Closures {
         solution.clear();
         solution.resize(right.len(), [0.0; BLOCK]);
         let mut before = f64::INFINITY;
-        if self.added == 0.0 && self.distance > REGULAR {
+        if self.added == 0.0 && self.least_pivot > REGULAR {
             self.matrix.solve_with(right, one);
             return;
         }

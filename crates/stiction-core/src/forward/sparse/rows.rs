@@ -54,10 +54,13 @@ impl SparseRows {
         prescribed.clear();
         for (index, row) in rows.rows.iter().enumerate() {
             if let Some(at) = closures.places[index] {
+                let mut square = 0.0;
                 each_dof(topology, row.joint, |d, sign| {
-                    let entry = sign * bodies.screws[d].power(row.covector);
-                    closures.add(d, at, entry * model.columns[d]);
+                    let entry = sign * bodies.screws[d].power(row.covector) * model.columns[d];
+                    closures.add(d, at, entry);
+                    square += weights[d] * entry * entry;
                 });
+                closures.set_size(at, row.scale * square.sqrt());
                 continue;
             }
             let (Role::Tree { node }, Some(dof)) = (topology.role[row.joint], row.dof) else {
