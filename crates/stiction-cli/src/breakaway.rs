@@ -1,5 +1,6 @@
 //! `stiction breakaway`: static friction of a robot at rest.
 
+use crate::answer;
 use crate::arguments::Breakaway;
 use crate::failure::Failure;
 use crate::fold::folded;
@@ -34,13 +35,12 @@ fn execute(options: &Breakaway) -> Result<(), Failure> {
     let outputs = folder.as_deref().map(|dir| Outputs::new(dir, robot.files_read())).transpose()?;
     outputs.as_ref().map_or(Ok(()), Outputs::refuse_interrupted)?;
     let rest = request.run()?;
-    let json = format!("{:#}\n", rest.to_json());
     match options.json {
-        true => print(&json)?,
+        true => answer::give(rest.to_json()),
         false => print(&folded(&rest.to_string()))?,
     }
     let Some(mut outputs) = outputs else { return Ok(()) };
-    outputs.write("breakaway.json", json.as_bytes())?;
+    outputs.write("breakaway.json", format!("{:#}\n", rest.to_json()).as_bytes())?;
     if options.report.is_on() {
         let command = report::command_line();
         let page = draw_report(&request.job()?, rest.findings(), Some(&command));

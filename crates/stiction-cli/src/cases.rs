@@ -1,6 +1,7 @@
 //! Runs of a command for all combinations of several motions and loads, and the envelope of the
 //! results.
 
+use crate::answer;
 use crate::arguments::Report;
 use crate::failure::Failure;
 use crate::outputs::Outputs;
@@ -118,7 +119,7 @@ pub(crate) fn run_all(
     let comparison = Comparison::of_cases(compared);
     let json = json!({ "cases": runs, "envelope": comparison.json() });
     if as_json {
-        print(&format!("{json:#}\n"))?;
+        answer::give(&json);
     } else {
         let mut text = format!("== envelope of {} runs\n", cases.len());
         // Writing to a string cannot fail.

@@ -1,5 +1,6 @@
 //! `stiction check`: mobility, redundancy and singularities of a robot.
 
+use crate::answer;
 use crate::arguments::Check;
 use crate::failure::Failure;
 use crate::fold::folded;
@@ -51,15 +52,14 @@ fn execute(options: &Check) -> Result<(), Failure> {
     });
     progress.clear();
     let findings = findings?;
-    let json = format!("{:#}\n", findings.to_json());
     match options.json {
-        true => print(&json)?,
+        true => answer::give(findings.to_json()),
         false => print(&folded(findings.as_text()))?,
     }
     let (Some(outputs), Some((data, picture, html))) = (outputs, files) else { return Ok(()) };
     let page =
         draw_page(&job, findings.findings(), Some(&report::command_line())).map_err(Error::from)?;
-    outputs.end("check.json", data, json.as_bytes())?;
+    outputs.end("check.json", data, format!("{:#}\n", findings.to_json()).as_bytes())?;
     outputs.end("mechanism.svg", picture, page.picture.as_bytes())?;
     if let Some(html) = html {
         outputs.end(report::FILE, html, page.html.as_bytes())?;

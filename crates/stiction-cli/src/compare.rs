@@ -1,5 +1,6 @@
 //! `stiction compare`: two models, or a model and a variant of it, along the same motion.
 
+use crate::answer;
 use crate::arguments::{Compare, Formats, Model};
 use crate::failure::Failure;
 use crate::fold::folded;
@@ -102,7 +103,7 @@ fn execute(options: &Compare) -> Result<(), Failure> {
     let comparison = Comparison::of_models(compared);
     let json = json!({ "comparison": comparison.json(), "A": runs[0], "B": runs[1] });
     if options.json {
-        print(&format!("{json:#}\n"))?;
+        answer::give(&json);
     } else {
         let mut table = String::new();
         // Writing to a string cannot fail.

@@ -1,5 +1,6 @@
 //! `stiction excite`: motions that excite parameters for identification.
 
+use crate::answer;
 use crate::arguments::Excite;
 use crate::failure::Failure;
 use crate::fold::folded;
@@ -55,9 +56,8 @@ fn execute(options: &Excite) -> Result<(), Failure> {
     });
     progress.clear();
     let found = found?;
-    let json = format!("{:#}\n", found.to_json());
     match options.json {
-        true => print(&json)?,
+        true => answer::give(&found.to_json()),
         false => print(&folded(&found.to_text()))?,
     }
     let Some(mut outputs) = outputs else { return Ok(()) };
@@ -66,7 +66,7 @@ fn execute(options: &Excite) -> Result<(), Failure> {
         outputs.write(ACTUATORS, actuators.as_bytes())?;
     }
     outputs.write(LOG, found.log_toml().as_bytes())?;
-    outputs.write(RESULT, json.as_bytes())?;
+    outputs.write(RESULT, format!("{:#}\n", found.to_json()).as_bytes())?;
     let files = outputs.complete(&[ACTUATORS])?;
     if !options.json {
         note_files(&files, true);

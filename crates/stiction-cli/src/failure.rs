@@ -55,7 +55,8 @@ impl Failure {
         Self { json, ..self }
     }
 
-    /// Prints the failure: text on standard error, or JSON on standard output.
+    /// Prints the failure: text on standard error, or JSON on standard output, with the result of
+    /// the command, if it is known.
     pub(crate) fn print(&self) {
         if self.json {
             let mut error = self.error.to_json();
@@ -65,7 +66,9 @@ impl Failure {
             if !self.notes.is_empty() {
                 error["notes"] = json!(self.notes);
             }
-            let text = format!("{:#}\n", json!({ "error": error }));
+            let mut object = crate::answer::take().unwrap_or_else(|| json!({}));
+            object["error"] = error;
+            let text = format!("{object:#}\n");
             // Standard error may still be open if standard output is closed.
             if let Err(failure) = crate::print(&text) {
                 failure.print();

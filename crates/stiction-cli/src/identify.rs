@@ -1,5 +1,6 @@
 //! `stiction identify`: inertia and friction from measured logs.
 
+use crate::answer;
 use crate::arguments::Identify;
 use crate::failure::Failure;
 use crate::outputs::Outputs;
@@ -77,7 +78,7 @@ fn execute(options: &Identify) -> Result<(), Failure> {
     })?;
     progress.borrow_mut().clear();
     match options.json {
-        true => print(&format!("{:#}\n", identified.to_json()))?,
+        true => answer::give(&identified.to_json()),
         false => print(&identified.to_text())?,
     }
     let Some(outputs) = outputs else { return Ok(()) };

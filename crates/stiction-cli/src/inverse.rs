@@ -1,5 +1,6 @@
 //! `stiction inverse`: inverse dynamics along a motion.
 
+use crate::answer;
 use crate::arguments::{Filter, Formats, Friction, Inverse, Report};
 use crate::cases::{self, Done};
 use crate::failure::Failure;
@@ -54,13 +55,13 @@ fn execute(options: &Inverse) -> Result<(), Failure> {
     }
     let [motion, load] = lists.each_ref().map(|list| list.first().copied());
     let request = choice.request(&robot, motion, load)?;
-    let run =
-        along(&robot, &request, &choice, folder.as_deref(), &interrupted, |run| {
-            match options.json {
-                true => print(&format!("{:#}\n", run.json)),
-                false => print(&folded(&run.text)),
-            }
-        })?;
+    let run = along(&robot, &request, &choice, folder.as_deref(), &interrupted, |run| {
+        match options.json {
+            true => answer::give(&run.json),
+            false => print(&folded(&run.text))?,
+        }
+        Ok(())
+    })?;
     if !options.json {
         note_files(&run.files, folder.is_some());
     }

@@ -22,6 +22,7 @@ macro_rules! note {
     }};
 }
 
+mod answer;
 mod arguments;
 mod breakaway;
 mod cases;
@@ -110,7 +111,11 @@ fn run() -> ExitCode {
         Some(Command::Completions { shell }) => shell::completions(shell),
         Some(Command::Man) => shell::manual(),
     };
-    match outcome {
+    let answered = outcome.and_then(|()| match answer::take() {
+        Some(result) => print(&format!("{result:#}\n")),
+        None => Ok(()),
+    });
+    match answered {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             failure.print();

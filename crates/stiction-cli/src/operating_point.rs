@@ -1,6 +1,7 @@
 //! `stiction equilibrium` and `stiction linearize`: static equilibria, and linear models about an
 //! operating point.
 
+use crate::answer;
 use crate::arguments::{Equilibrium, Linearize, Switch};
 use crate::failure::Failure;
 use crate::fold::folded;
@@ -39,9 +40,10 @@ fn equilibrium(options: &Equilibrium) -> Result<(), Failure> {
     }
     let found = request.run()?;
     match options.json {
-        true => print(&format!("{:#}\n", found.to_json())),
-        false => print(&folded(&found.to_string())),
+        true => answer::give(&found.to_json()),
+        false => print(&folded(&found.to_string()))?,
     }
+    Ok(())
 }
 
 pub(crate) fn run_linearize(options: &Linearize) -> Result<(), Failure> {
@@ -82,16 +84,15 @@ fn linearize(options: &Linearize) -> Result<(), Failure> {
     let mut outputs =
         options.output.as_deref().map(|dir| Outputs::new(dir, robot.files_read())).transpose()?;
     let model = request.run()?;
-    let json = format!("{:#}\n", model.json());
     match options.json {
-        true => print(&json)?,
+        true => answer::give(&model.json()),
         false => print(&folded(&model.to_string()))?,
     }
     let Some(mut outputs) = outputs.take() else { return Ok(()) };
     for (name, table) in model.tables() {
         outputs.write(name, table.as_bytes())?;
     }
-    outputs.write("linearize.json", json.as_bytes())?;
+    outputs.write("linearize.json", format!("{:#}\n", model.json()).as_bytes())?;
     let names = outputs.complete(&[])?;
     if !options.json {
         let names: Vec<String> = names.iter().map(|name| name.display().to_string()).collect();

@@ -1,5 +1,6 @@
 //! `stiction study`: the studies that are included in the program.
 
+use crate::answer;
 use crate::arguments::Study;
 use crate::failure::Failure;
 use crate::inverse::listen_for_interrupt;
@@ -51,7 +52,7 @@ fn execute(options: &Study) -> Result<(), Failure> {
         return Err(Failure::interrupted());
     }
     if options.json {
-        print(&format!("{:#}\n", report.json()))?;
+        answer::give(&report.json());
     } else {
         let mut text = String::new();
         // Writing to a string cannot fail.

@@ -4,6 +4,7 @@ mod designs;
 mod journal;
 mod merge;
 
+use crate::answer;
 use crate::arguments::{Shard, Sweep};
 use crate::failure::Failure;
 use crate::fold::folded;
@@ -241,7 +242,7 @@ impl Results {
             object.extend(more.clone());
         }
         if options.json {
-            print(&format!("{json:#}\n"))?;
+            answer::give(&json);
         } else {
             let mut text = format!("{}\n\n", stiction_run::heading(name, title));
             // Writing to a string cannot fail.

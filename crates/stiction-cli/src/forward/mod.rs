@@ -2,6 +2,7 @@
 
 mod journal;
 
+use crate::answer;
 use crate::arguments::{Formats, Forward, Method as Asked, Switch};
 use crate::cases::{self, Done};
 use crate::failure::Failure;
@@ -249,7 +250,7 @@ fn single(
         let _ = write_summary(&mut text, &job, &summary, &outcome);
         print(&folded(&text))?;
     } else if !failed && !cut && !is_one_of_many {
-        print(&format!("{json:#}\n"))?;
+        answer::give(&json);
     }
     let (mut kept, mut written) = (None, Vec::new());
     if let (Some(mut outputs), Some(tables), Some(curves)) = (outputs, tables, curves) {
@@ -315,10 +316,10 @@ fn single(
         return Err(limit.failure(Some((outcome.last, kept))));
     }
     ended(outcome, kept)?;
-    match lost {
-        None => Ok(Done { json, compared, efforts: efforts.curves, reel, files: written }),
-        Some(part) => Err(stiction::energy_lost(part).into()),
+    if let Some(part) = lost {
+        return Err(stiction::energy_lost(part).into());
     }
+    Ok(Done { json, compared, efforts: efforts.curves, reel, files: written })
 }
 
 /// Limit on the wall-clock time of a run.

@@ -1,7 +1,7 @@
 //! Hostile environments: wrong encodings, folders in place of files, full disks, signals, closed
 //! pipes. Files are either complete or absent, and every failure has a message.
 
-use crate::program::{Folder, Said};
+use crate::program::{Folder, Said, json};
 use std::process::{Command, Stdio};
 
 #[test]
@@ -71,6 +71,27 @@ fn a_study_checks_its_folder_first() {
     let said = folder.stiction(&["study", "zhang2018", "-o", "."]);
     said.fails(2, &["report.html", "a folder has that name"]);
     assert_eq!(said.out, "");
+}
+
+/// With `--json`, standard output is one object, even if a file cannot be written after the result
+/// is known.
+#[test]
+fn a_result_and_an_error_are_one_object() {
+    let folder = Folder::new("hostile-json");
+    for (arguments, file, key) in [
+        (&["inverse", "four-bar", "--report", "off"][..], "summary.json", "verdicts"),
+        (&["forward", "four-bar", "--until", "0.1", "--report", "off"], "summary.json", "energy"),
+        (&["breakaway", "four-bar", "--report", "off"], "breakaway.json", "drives"),
+    ] {
+        let results = folder.0.join(arguments[0]).join(file);
+        std::fs::create_dir_all(results).unwrap();
+        let said = folder.stiction(&[arguments, &["--json", "-o", arguments[0]]].concat());
+        assert_eq!(said.code, 2, "{arguments:?}");
+        let found = json(&said.out);
+        let message = found["error"]["message"].as_str().unwrap();
+        assert!(message.contains("a folder has that name"), "{message}");
+        assert!(!found[key].is_null(), "{arguments:?}: {found:#}");
+    }
 }
 
 #[cfg(unix)]

@@ -94,17 +94,15 @@ impl ConstraintRow {
     }
 
     /// Returns the norm of the row of the constraint Jacobian, multiplied by its scale and each
-    /// entry by that of its DOF in `columns`.
+    /// entry by the scale of its DOF, which `column` returns.
     pub(super) fn size(
         &self,
         at: (&Topology, &Parameters<f64>),
         bodies: &Bodies<f64>,
-        columns: &[f64],
+        column: impl Fn(usize) -> f64,
     ) -> f64 {
         let mut square = 0.0;
-        self.each_entry(at, bodies, |tree_dof, entry| {
-            square += (entry * columns[tree_dof]).powi(2)
-        });
+        self.each_entry(at, bodies, |tree_dof, entry| square += (entry * column(tree_dof)).powi(2));
         self.scale * square.sqrt()
     }
 }

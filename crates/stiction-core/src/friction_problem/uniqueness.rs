@@ -8,6 +8,7 @@ use super::small_system::{Four, blocks_of, solve_in_place};
 use super::vector_history::VectorHistory;
 use crate::linalg::triangular_blocks;
 use crate::scalar::{Lanes, Scalar};
+use nalgebra::{DMatrix, DVector};
 
 /// Largest number of undamped power iterations, which converge faster than damped ones. Every
 /// iterate yields a valid bound.
@@ -36,6 +37,9 @@ const POWERS: usize = 80;
 /// Entries up to this fraction of the largest entry are round-off of zeros where the matrix is
 /// reduced to block triangular form.
 const ROUND_OFF: f64 = 1e-14;
+/// Largest number of interfaces in a block of this form, because blocks are also solved by
+/// elimination.
+const LARGEST_BLOCK: usize = 100;
 
 /// Least component of the vectors of inverse iteration, whose greatest component is one.
 const LEAST: f64 = 1e-9;
@@ -162,6 +166,7 @@ pub(crate) fn radius_bound(matrix: &[f64], count: usize, workspace: &mut RadiusW
         return f64::INFINITY;
     }
     if let Some(bound) = bound_of_blocks(matrix, count, workspace.accepted) {
+        workspace.known.forget();
         return bound;
     }
     let mut bound = match bound_by_inverse_iteration(matrix, count, workspace) {
@@ -204,34 +209,65 @@ pub(crate) fn radius_bound(matrix: &[f64], count: usize, workspace: &mut RadiusW
     iterate(x, DAMPED, 0.5, false)
 }
 
-/// Computes the bound from the diagonal blocks of the block triangular form of a large matrix;
-/// returns `None` if the matrix is small or has only one block. The friction of a group of
-/// interfaces often loads only some other groups: in a row of loops with one actuator, only those
-/// between the group and the actuator. Iterations with the whole matrix then converge slowly.
+/// Computes the bound from the diagonal blocks of the block triangular form of a large matrix. The
+/// friction of a group of interfaces often loads only some other groups: in a row of loops with one
+/// actuator, only those between the group and the actuator. Iterations with the whole matrix then
+/// converge slowly. Entries that are round-off are neglected, but a bound below one is returned only
+/// if these entries cannot raise the spectral radius to one. Returns `None` if the matrix is small,
+/// has only one block or a large one, or if the neglected entries matter.
 fn bound_of_blocks(matrix: &[f64], count: usize, accepted: f64) -> Option<f64> {
     if count < LARGE {
         return None;
     }
     let negligible = ROUND_OFF * matrix.iter().copied().fold(0.0, f64::max);
-    // The transpose has the same diagonal blocks.
-    let blocks = triangular_blocks(count, |row| {
-        let entries = matrix[row * count..(row + 1) * count].iter().enumerate();
-        entries.filter(|(_, entry)| **entry > negligible).map(|(column, _)| column)
+    let row = |row: usize| matrix[row * count..(row + 1) * count].iter().copied().enumerate();
+    // The transpose has the same diagonal blocks. In the order of the blocks, a row has entries only
+    // in its own block and in later ones.
+    let blocks = triangular_blocks(count, |own| {
+        row(own).filter(|(_, entry)| *entry > negligible).map(|(column, _)| column)
     });
+    if blocks.len() == 1 || blocks.iter().any(|block| block.len() > LARGEST_BLOCK) {
+        return None;
+    }
     let mut workspace = RadiusWorkspace { accepted, ..Default::default() };
     let mut part = Vec::new();
-    let mut bound_of = |block: &Vec<usize>| {
+    let mut bound = 0.0_f64;
+    for block in &blocks {
         part.clear();
-        for row in block {
-            part.extend(block.iter().map(|column| matrix[row * count + column]));
+        for own in block {
+            part.extend(block.iter().map(|column| matrix[own * count + column]));
         }
         workspace.known.forget();
-        match part[..] {
+        bound = bound.max(match part[..] {
             [entry] => entry,
             _ => radius_bound(&part, block.len(), &mut workspace),
-        }
-    };
-    (blocks.len() > 1).then(|| blocks.iter().map(&mut bound_of).fold(0.0, f64::max))
+        });
+    }
+    if bound >= 1.0 {
+        return Some(bound);
+    }
+    // With the neglected entries `E` and the others `T`, the spectral radius is below one if the
+    // product of the maximum norms of the inverse of `1 - T` and of `E` is below one. The inverse
+    // has no negative entries, so its norm is its largest row sum.
+    let neglected = (0..count).map(|own| {
+        row(own).map(|(_, entry)| entry).filter(|entry| *entry <= negligible).sum::<f64>()
+    });
+    let neglected = neglected.fold(0.0, f64::max);
+    let mut sums = vec![0.0; count];
+    for block in blocks.iter().rev() {
+        let later = |own: &usize| -> f64 {
+            let entries = row(*own).filter(|(_, entry)| *entry > negligible);
+            1.0 + entries.map(|(column, entry)| entry * sums[column]).sum::<f64>()
+        };
+        let right = DVector::from_iterator(block.len(), block.iter().map(later));
+        let system = DMatrix::from_fn(block.len(), block.len(), |i, j| {
+            f64::from(u8::from(i == j)) - matrix[block[i] * count + block[j]]
+        });
+        let solution = system.lu().solve(&right)?;
+        block.iter().zip(&solution).for_each(|(own, sum)| sums[*own] = *sum);
+    }
+    let inverse = sums.iter().copied().fold(0.0, f64::max);
+    (inverse * neglected < 1.0).then_some(bound)
 }
 
 /// Computes the bound by inverse iteration with the bound as the shift, starting from the
@@ -370,6 +406,20 @@ mod tests {
         let radius = radii.fold(0.0, f64::max);
         let bound = radius_bound(&matrix);
         assert!((bound / radius - 1.0).abs() < 1e-12, "{bound} {radius}");
+    }
+
+    /// Checks that tiny entries are not neglected if a long cycle of large entries amplifies them.
+    #[test]
+    fn tiny_entries_in_a_strong_cycle_count() {
+        let count = 40;
+        let mut matrix = vec![0.0; count * count];
+        for row in 0..count {
+            matrix[row * count + (row + 1) % count] = 3.0;
+        }
+        matrix[(count - 1) * count] = 2e-14;
+        let radius = 3.0 * (2e-14_f64 / 3.0).powf(1.0 / count as f64);
+        let bound = radius_bound(&matrix);
+        assert!(radius > 1.0 && bound >= radius, "{bound} {radius}");
     }
 
     /// Checks the bound by inverse iteration against the spectral radius from dense eigenvalues,

@@ -21,7 +21,7 @@ pub use basis::Basis;
 pub(crate) use block::{BLOCK, Block, Part, add_outer, add_outer_products, add_squares, dot};
 pub(crate) use blocks::{BlockCholesky, Slot};
 pub use decomposition::{Decomposition, Limit, SparseVector};
-pub(crate) use decomposition::{LARGE, greatest, sum_of, to_dense};
+pub(crate) use decomposition::{greatest, sum_of, to_dense};
 pub(crate) use hub_cholesky::HubCholesky;
 pub(crate) use lanczos::{Lanczos, MANY_STEPS, STEPS};
 pub(crate) use plan::{Entry, Plan, RankDeficient, Scales};

@@ -27,7 +27,7 @@ pub struct LeastIndex<T> {
 }
 
 /// Locates the least singularity index between the first and the last of three points, pairs of
-/// time and index, of which the second has the least index. `at` computes the index and the
+/// time and index, of which the second has the least index, except for rounding. `at` computes the index and the
 /// configuration at a time, or returns `None` if they are undetermined there; `configuration` is
 /// the one at the second point.
 ///
@@ -131,7 +131,20 @@ fn vertex([(origin, value), second, third]: [(f64, f64); 3]) -> Option<(f64, f64
 
 #[cfg(test)]
 mod tests {
-    use super::{tip, vertex};
+    use super::{least_index, tip, vertex};
+
+    /// A passage in the middle between two samples has equal indices at both. Rounding can make the
+    /// index at the second sample the larger one.
+    #[test]
+    fn a_passage_between_equal_samples_is_found() {
+        for error in [-1e-15, 0.0, 1e-15] {
+            let points = [(0.0, 0.3), (1.0, 0.3 + error), (2.0, 0.9)];
+            let at = |t: f64| Some((0.6 * (t - 0.5).abs(), t));
+            let found = least_index(points, 1.0, at);
+            assert!(found.index < 1e-12 && (found.passage - 0.5).abs() < 1e-12, "{found:?}");
+            assert_eq!(found.time, found.configuration);
+        }
+    }
 
     /// A parabola through squared indices finds a smooth minimum and the tip of a V.
     #[test]

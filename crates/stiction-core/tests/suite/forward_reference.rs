@@ -102,7 +102,7 @@ fn n_four_bar(n: usize) -> Mechanism {
 /// closure equations along the line of the bars vanish.
 #[test]
 fn long_rows_of_four_bars_pass_singular_positions() {
-    for count in [2, 60] {
+    for count in [2, 20, 60] {
         let model = Forward::new(n_four_bar(count), &[]);
         let start = [at(0.3, -1.0)];
         let state = model.assemble(&[], &[first_joint(model.mechanism())], &start).unwrap();
@@ -124,6 +124,8 @@ fn long_rows_of_four_bars_pass_singular_positions() {
         };
         let expected = 0.3 / (3.0 * n as f64) * (0..=n).map(part).sum::<f64>();
         assert_eq!(told.len(), 1, "{count}: {told:?}");
+        // The tolerance of the steps is 1e-12. Close to the singular position, closure errors due to
+        // round-off change the rates by their ratio to the squared index.
         assert!((told[0] - expected).abs() < 1e-7, "{count}: {told:?} {expected}");
         assert!(simulation.energy_error().abs() < 1e-8, "{count}: {}", simulation.energy_error());
         // All uprights remain parallel.

@@ -193,8 +193,8 @@ impl<'a> Watch<'a> {
         let (Some(before), Some(last)) = (&self.before_last, &self.last) else { return };
         let distances = [before, last, now].map(|sample| sample.distances[k]);
         let [Some(before_it), Some(least), Some(after_it)] = distances else { return };
-        // Rounding must not create a minimum.
-        if before_it < least || !is_less(least, after_it) {
+        // Rounding must not create a minimum. Of equal least indices, the last one counts.
+        if is_less(before_it, least) || !is_less(least, after_it) {
             return;
         }
         if least < SINGULAR {

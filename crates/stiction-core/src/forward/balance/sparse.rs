@@ -129,7 +129,8 @@ impl SparseBalance {
             for (body, wrench) in [(successor, row.covector), (predecessor, -row.covector)] {
                 tree.reduce(topology, body, wrench, |d, force| closures.add(d, at, force));
             }
-            closures.set_size(at, row.size((topology, parameters), &data.bodies, &model.columns));
+            let column = |d: usize| if prescribed[d] { 0.0 } else { model.columns[d] };
+            closures.set_size(at, row.size((topology, parameters), &data.bodies, column));
         }
         let weights = tree.pivots.iter().map(|pivot| 1.0 / pivot);
         loops.update(topology, &rows.rows);

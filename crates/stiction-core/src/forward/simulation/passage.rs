@@ -82,27 +82,32 @@ impl Simulation<'_> {
     fn crossing_ahead(&mut self, time: f64) -> Option<(f64, f64)> {
         let (model, state) = (self.model, &self.now.state);
         let ranks = &mut self.workspace.ranks;
-        let mut distance = |t: f64| {
+        let mut at = |t: f64| {
             let mut ahead = state.clone();
             let rates = state.rates.iter().zip(&state.accelerations);
             let by: Vec<f64> = rates.map(|(v, a)| t * (v + 0.5 * t * a)).collect();
             ahead.advance(&model.topology, &by);
-            ranks.at(model, &ahead).1
+            ranks.at(model, &ahead)
         };
-        let [first, middle, last] = [0.0, 0.5, 1.0].map(|part| distance(part * time));
+        let (rank, _) = at(0.0);
+        let [first, middle, last] = [0.0, 0.5, 1.0].map(|part| at(part * time).1);
         let passes_early = (last - middle).abs() >= CHANGES * first;
         let passes_late = (first - middle).abs() >= CHANGES * last;
         if !passes_early && !passes_late {
             return None;
         }
         let spacing = time / SAMPLES as f64;
-        let values: Vec<f64> = (0..=SAMPLES).map(|k| distance(k as f64 * spacing)).collect();
+        let values: Vec<f64> = (0..=SAMPLES).map(|k| at(k as f64 * spacing).1).collect();
         let is_least = |k: &usize| values[*k] <= values[k - 1] && values[*k] <= values[k + 1];
         (1..SAMPLES).filter(is_least).find_map(|k| {
             let known = [k - 1, k, k + 1].map(|k| (k as f64 * spacing, values[k]));
-            let found = least_index(known, (), |t| Some((distance(t), ())));
+            // The index does not vary continuously where the rank is smaller.
+            let found = least_index(known, (), |t| {
+                let (here, index) = at(t);
+                (here == rank).then_some((index, ()))
+            });
             let (crossing, narrow) = (found.passage, found.index);
-            let beside = [-2.0, 2.0].map(|k| distance(crossing + k * spacing));
+            let beside = [-2.0, 2.0].map(|k| at(crossing + k * spacing).1);
             let beside = beside[0].min(beside[1]);
             (narrow < NARROW && beside > RISES * narrow)
                 .then_some((crossing, (beside - narrow) / (2.0 * spacing)))

@@ -7,7 +7,7 @@ use crate::forward::constraint_jacobian::{ConstrainedDof, ConstraintRows};
 use crate::forward::data::FrictionDistribution;
 use crate::forward::sparse::rows::SparseRows;
 use crate::kinematics::{Bodies, State, Target};
-use crate::linalg::{ColumnOrder, LARGE, RowSpace, SparseMatrix, SparseQr};
+use crate::linalg::{ColumnOrder, RowSpace, SparseMatrix, SparseQr};
 use crate::random::Random;
 
 /// Buffers for computing the rank of the constraints at a configuration.
@@ -20,8 +20,8 @@ pub(super) struct Ranks {
     scaled: Vec<f64>,
     space: RowSpace,
     sparse: Option<SparseRows>,
-    /// Rank at almost all coordinates, once it is known.
-    generic: Option<usize>,
+    /// Rank at random coordinates and elimination order of the rows, once they are known.
+    generic: Option<(usize, ColumnOrder)>,
     /// Coordinates of the last configuration, its rank and its singularity index.
     last: (Vec<f64>, usize, f64),
     /// Target motions of the prescribed joints.
@@ -41,7 +41,7 @@ impl Ranks {
             sparse: SparseRows::new(model),
             generic: None,
             last: (Vec::new(), 0, 0.0),
-            targets: Vec::new(),
+            targets: no_targets(model),
         }
     }
 
@@ -63,11 +63,11 @@ impl Ranks {
 
     fn decompose(&mut self, model: &Forward, state: &State<f64>) -> (usize, f64) {
         self.place(model, state);
-        let Self { bodies, constrained, rows, sparse, generic, .. } = self;
+        let Self { bodies, rows, sparse, generic, .. } = self;
         if let Some(sparse) = sparse {
-            let generic = *generic.get_or_insert_with(|| generic_rank(model, constrained));
+            let (generic, _) = generic.get_or_insert_with(|| generic_rank(model));
             // Rows that are nearly dependent have pivots like those of dependent rows.
-            if sparse.decompose(model, bodies, rows, &[]) && sparse.rank() >= generic {
+            if sparse.decompose(model, bodies, rows, &[]) && sparse.rank() >= *generic {
                 return (sparse.rank(), sparse.distance());
             }
         }
@@ -75,8 +75,8 @@ impl Ranks {
     }
 
     /// Returns the rank of the constraints and the singularity index at a state like [`Self::at`],
-    /// but always from orthogonal reflections, so that the index varies continuously even very
-    /// close to a singular configuration.
+    /// but always from orthogonal reflections, so that indices very close to a singular
+    /// configuration can be compared.
     pub(super) fn precisely_at(&mut self, model: &Forward, state: &State<f64>) -> (usize, f64) {
         self.place(model, state);
         self.reflect(model)
@@ -95,10 +95,11 @@ impl Ranks {
     /// Decomposes the constraint rows by orthogonal reflections.
     fn reflect(&mut self, model: &Forward) -> (usize, f64) {
         let (topology, parameters) = (&model.topology, &model.parameters);
-        let Self { bodies, rows, scaled, space, .. } = self;
+        let Self { bodies, rows, scaled, space, sparse, generic, .. } = self;
         let n = topology.dofs();
-        if n >= LARGE {
-            return reflect_sparsely(model, bodies, rows);
+        if sparse.is_some() {
+            let (_, order) = generic.get_or_insert_with(|| generic_rank(model));
+            return reflect_sparsely(&transposed(model, bodies, rows), order);
         }
         rows.fill_matrix(topology, parameters, bodies);
         rows.scale_into(&model.columns, scaled);
@@ -116,9 +117,14 @@ impl Ranks {
     }
 }
 
-/// Computes the rank of the constraint rows at random coordinates, at which the loops are open. The
-/// rank at closed loops is at most this value.
-fn generic_rank(model: &Forward, constrained: &[ConstrainedDof]) -> usize {
+/// Returns targets of zero for the prescribed joints.
+fn no_targets(model: &Forward) -> Vec<Target<f64>> {
+    vec![Target { value: 0.0, rate: 0.0, acceleration: 0.0 }; model.prescribed.len()]
+}
+
+/// Computes the rank of the constraint rows at random coordinates, at which the loops are open, and
+/// the elimination order of the rows. The rank at closed loops is at most this value.
+fn generic_rank(model: &Forward) -> (usize, ColumnOrder) {
     let (topology, parameters) = (&model.topology, &model.parameters);
     let mut random = Random::new(1);
     let mut state = State::new(topology);
@@ -127,26 +133,33 @@ fn generic_rank(model: &Forward, constrained: &[ConstrainedDof]) -> usize {
     let mut bodies = Bodies::new(topology);
     bodies.place(topology, parameters, &state.coordinates);
     bodies.move_with(topology, &state.rates);
-    let mut rows = ConstraintRows::default();
-    rows.update_rows(topology, parameters, &bodies, constrained);
-    reflect_sparsely(model, &bodies, &rows).0
+    let (mut constrained, mut rows) = (Vec::new(), ConstraintRows::default());
+    let even = FrictionDistribution::default();
+    model.constrain(&no_targets(model), &[], &even, &mut constrained, &mut Vec::new());
+    rows.update_rows(topology, parameters, &bodies, &constrained);
+    let matrix = transposed(model, &bodies, &rows);
+    let joints: Vec<usize> = rows.rows.iter().map(|row| row.joint).collect();
+    let order = ColumnOrder::new(&matrix, &joints);
+    (reflect_sparsely(&matrix, &order).0, order)
 }
 
-/// Computes the rank and the singularity index of the constraint rows by sparse orthogonal
-/// reflections.
-fn reflect_sparsely(model: &Forward, bodies: &Bodies<f64>, rows: &ConstraintRows) -> (usize, f64) {
+/// Returns the transposed constraint Jacobian, with scales that make angles and lengths comparable.
+fn transposed(model: &Forward, bodies: &Bodies<f64>, rows: &ConstraintRows) -> SparseMatrix {
+    let (topology, parameters) = (&model.topology, &model.parameters);
     let mut entries = Vec::new();
     for (index, row) in rows.rows.iter().enumerate() {
-        row.each_entry((&model.topology, &model.parameters), bodies, |tree_dof, entry| {
+        row.each_entry((topology, parameters), bodies, |tree_dof, entry| {
             entries.push((tree_dof, index, entry * row.scale * model.columns[tree_dof]));
         });
     }
-    let transposed =
-        SparseMatrix::new((model.topology.dofs(), rows.rows.len()), entries.into_iter());
-    let joints: Vec<usize> = rows.rows.iter().map(|row| row.joint).collect();
+    SparseMatrix::new((topology.dofs(), rows.rows.len()), entries.into_iter())
+}
+
+/// Computes the rank and the singularity index of constraint rows, the columns of `transposed`, by
+/// sparse orthogonal reflections.
+fn reflect_sparsely(transposed: &SparseMatrix, order: &ColumnOrder) -> (usize, f64) {
     let norm = |row| transposed.column(row).map(|(_, x)| x * x).sum::<f64>().sqrt();
-    let largest = (0..rows.rows.len()).map(norm).fold(f64::MIN_POSITIVE, f64::max);
-    let order = ColumnOrder::new(&transposed, &joints);
-    let factor = SparseQr::new(&transposed, &order, DEPENDENT * largest.max(1.0));
+    let largest = (0..transposed.ncols()).map(norm).fold(f64::MIN_POSITIVE, f64::max);
+    let factor = SparseQr::new(transposed, order, DEPENDENT * largest.max(1.0));
     (factor.rank(), factor.diagonal().fold(1.0, |least, part| least.min(part / largest)))
 }

@@ -145,7 +145,8 @@ impl Simulation<'_> {
         let rises = distance - ranks.ahead(model, &self.now.state, -little).1;
         // The index of a passage is proportional to the time until or since the passage.
         let until_zero = little * (distance_before / falls + distance / rises);
-        if falls <= 0.0 || rises <= 0.0 || until_zero > PASSES * step {
+        let may_pass = falls > 0.0 && rises > 0.0 && until_zero <= PASSES * step;
+        if !may_pass {
             return Ok(());
         }
         // Searches for the minimum of the singularity index along the dense output of the step.

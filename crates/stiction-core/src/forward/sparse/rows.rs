@@ -53,14 +53,7 @@ impl SparseRows {
         weights.iter_mut().zip(frozen).filter(|(_, f)| **f).for_each(|(weight, _)| *weight = 0.0);
         prescribed.clear();
         for (index, row) in rows.rows.iter().enumerate() {
-            if let Some(at) = closures.places[index] {
-                let mut square = 0.0;
-                each_dof(topology, row.joint, |d, sign| {
-                    let entry = sign * bodies.screws[d].power(row.covector) * model.columns[d];
-                    closures.add(d, at, entry);
-                    square += weights[d] * entry * entry;
-                });
-                closures.set_size(at, row.scale * square.sqrt());
+            if closures.places[index].is_some() {
                 continue;
             }
             let (Role::Tree { node }, Some(dof)) = (topology.role[row.joint], row.dof) else {
@@ -72,6 +65,16 @@ impl SparseRows {
             }
             weights[tree_dof] = 0.0;
             prescribed.push((tree_dof, index));
+        }
+        for (index, row) in rows.rows.iter().enumerate() {
+            let Some(at) = closures.places[index] else { continue };
+            let mut square = 0.0;
+            each_dof(topology, row.joint, |d, sign| {
+                let entry = sign * bodies.screws[d].power(row.covector) * model.columns[d];
+                closures.add(d, at, entry);
+                square += weights[d] * entry * entry;
+            });
+            closures.set_size(at, row.scale * square.sqrt());
         }
         // Temporarily moves the row locations out of the system, because the function `units`
         // borrows them. The factorisation does not use them.
