@@ -27,9 +27,9 @@ pub struct LeastIndex<T> {
 }
 
 /// Locates the least singularity index between the first and the last of three points, pairs of
-/// time and index, of which the second has the least index, except for rounding. `at` computes the index and the
-/// configuration at a time, or returns `None` if they are undetermined there; `configuration` is
-/// the one at the second point.
+/// time and index, of which the second has the least index, except for rounding. `at` computes the
+/// index and the configuration at a time, or returns `None` if they are undetermined there;
+/// `configuration` is the one at the second point.
 ///
 /// Successive parabolic interpolation, with golden-section steps where it does not converge (Brent
 /// 1973). The parabolas interpolate the squared index, which is smooth even where the index passes
