@@ -56,8 +56,9 @@ fn execute(options: &Excite) -> Result<(), Failure> {
     });
     progress.clear();
     let found = found?;
+    let json = found.to_json();
     match options.json {
-        true => answer::give(&found.to_json()),
+        true => answer::give(&json),
         false => print(&folded(&found.to_text()))?,
     }
     let Some(mut outputs) = outputs else { return Ok(()) };
@@ -66,7 +67,7 @@ fn execute(options: &Excite) -> Result<(), Failure> {
         outputs.write(ACTUATORS, actuators.as_bytes())?;
     }
     outputs.write(LOG, found.log_toml().as_bytes())?;
-    outputs.write(RESULT, format!("{:#}\n", found.to_json()).as_bytes())?;
+    outputs.write(RESULT, format!("{json:#}\n").as_bytes())?;
     let files = outputs.complete(&[ACTUATORS])?;
     if !options.json {
         note_files(&files, true);

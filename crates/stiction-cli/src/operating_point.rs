@@ -84,15 +84,16 @@ fn linearize(options: &Linearize) -> Result<(), Failure> {
     let mut outputs =
         options.output.as_deref().map(|dir| Outputs::new(dir, robot.files_read())).transpose()?;
     let model = request.run()?;
+    let json = model.json();
     match options.json {
-        true => answer::give(&model.json()),
+        true => answer::give(&json),
         false => print(&folded(&model.to_string()))?,
     }
     let Some(mut outputs) = outputs.take() else { return Ok(()) };
     for (name, table) in model.tables() {
         outputs.write(name, table.as_bytes())?;
     }
-    outputs.write("linearize.json", format!("{:#}\n", model.json()).as_bytes())?;
+    outputs.write("linearize.json", format!("{json:#}\n").as_bytes())?;
     let names = outputs.complete(&[])?;
     if !options.json {
         let names: Vec<String> = names.iter().map(|name| name.display().to_string()).collect();

@@ -98,6 +98,26 @@ fn n_four_bar(n: usize) -> Mechanism {
     builder.build().unwrap()
 }
 
+/// Times of the recorded passages of singular configurations, s.
+fn singular_times(simulation: &Simulation<'_>) -> Vec<f64> {
+    let events = simulation.events().iter();
+    let singular = events.filter(|event| matches!(event.kind, EventKind::Singular { .. }));
+    singular.map(|event| event.time).collect()
+}
+
+/// Time, s, in which the uprights of N four-bar loops fall from one angle to another, by Simpson's
+/// rule, if they have the rate -1 rad/s at the angle `start`.
+fn time_between(loops: usize, start: f64, (from, to): (f64, f64)) -> f64 {
+    let (n, loops) = (4000, loops as f64);
+    let pull = (0.5 * (loops + 1.0) + loops) / ((loops + 1.0) / 3.0 + loops) * 9.81;
+    let part = |k: usize| {
+        let angle = from + (to - from) * k as f64 / n as f64;
+        let weight = if k == 0 || k == n { 1.0 } else { 2.0 + 2.0 * (k % 2) as f64 };
+        weight / (1.0 + 2.0 * pull * (start.sin() - angle.sin())).sqrt()
+    };
+    (from - to) / (3.0 * n as f64) * (0..=n).map(part).sum::<f64>()
+}
+
 /// Long rows are decomposed sparsely. All their loops are singular at the same time, because the
 /// closure equations along the line of the bars vanish.
 #[test]
@@ -108,21 +128,9 @@ fn long_rows_of_four_bars_pass_singular_positions() {
         let state = model.assemble(&[], &[first_joint(model.mechanism())], &start).unwrap();
         let mut simulation = model.start(0.0, state, fine(), &mut none()).unwrap();
         simulation.advance(0.5, &mut none()).unwrap();
-        let told: Vec<f64> = simulation
-            .events()
-            .iter()
-            .filter(|event| matches!(event.kind, EventKind::Singular { .. }))
-            .map(|event| event.time)
-            .collect();
-        // Time from the first angle to zero, computed by Simpson's rule.
-        let (n, bars) = (1000, count as f64);
-        let pull = (0.5 * (bars + 1.0) + bars) / ((bars + 1.0) / 3.0 + bars) * 9.81;
-        let part = |k: usize| {
-            let angle = 0.3 * k as f64 / n as f64;
-            let weight = if k == 0 || k == n { 1.0 } else { 2.0 + 2.0 * (k % 2) as f64 };
-            weight / (1.0 + 2.0 * pull * (0.3_f64.sin() - angle.sin())).sqrt()
-        };
-        let expected = 0.3 / (3.0 * n as f64) * (0..=n).map(part).sum::<f64>();
+        let told = singular_times(&simulation);
+        let bars = count as f64;
+        let expected = time_between(count, 0.3, (0.3, 0.0));
         assert_eq!(told.len(), 1, "{count}: {told:?}");
         // The tolerance of the steps is 1e-12. Close to the singular position, closure errors due to
         // round-off change the rates by their ratio to the squared index.
@@ -162,23 +170,8 @@ fn r2_four_bars_pass_singular_positions() {
     }
     // All bars are on one line if the uprights are at 0 or 180 degrees. Each passage must be
     // reported.
-    let told: Vec<f64> = simulation
-        .events()
-        .iter()
-        .filter(|event| matches!(event.kind, EventKind::Singular { .. }))
-        .map(|event| event.time)
-        .collect();
-    // Time from one angle to another, computed by Simpson's rule.
-    let pull = 3.5 / 3.0 * 9.81;
-    let between = |from: f64, to: f64| {
-        let n = 4000;
-        let at = |k: usize| {
-            let angle = from + (to - from) * k as f64 / n as f64;
-            1.0 / (1.0 + 2.0 * pull * (1.0 - angle.sin())).sqrt()
-        };
-        let weight = |k: usize| if k == 0 || k == n { 1.0 } else { 2.0 + 2.0 * (k % 2) as f64 };
-        (from - to) / (3.0 * n as f64) * (0..=n).map(|k| weight(k) * at(k)).sum::<f64>()
-    };
+    let told = singular_times(&simulation);
+    let between = |from: f64, to: f64| time_between(2, up, (from, to));
     let half = std::f64::consts::PI;
     let (first, below, above) = (between(up, 0.0), between(0.0, -half), between(half, 0.0));
     println!("R2 passes singular positions at {told:?}, first {first}");
@@ -207,16 +200,12 @@ fn r2_starts_in_a_singular_position() {
     let come = model.assemble(&[], &[first], &[at(up, -1.0)]).unwrap();
     let mut come = model.start(0.0, come, fine(), &mut none()).unwrap();
     come.advance(0.5, &mut none()).unwrap();
-    let singular = |simulation: &Simulation<'_>| {
-        let mut told = simulation.events().iter();
-        told.find(|e| matches!(e.kind, EventKind::Singular { .. })).map(|e| e.time)
-    };
     let mut until = 0.5;
-    while singular(&come).is_none() {
+    while singular_times(&come).is_empty() {
         until += 0.1;
         come.advance(until, &mut none()).unwrap();
     }
-    let passed = singular(&come).unwrap();
+    let passed = singular_times(&come)[0];
     let rate = -(1.0 + 2.0 * pull).sqrt();
     let known: Vec<Known> = model
         .mechanism()
@@ -245,7 +234,7 @@ fn r2_starts_in_a_singular_position() {
             assert!((a - b).norm() < 1e-7, "{time}: {:e}", (a - b).norm());
         }
     }
-    assert_eq!(singular(&starts), Some(0.0));
+    assert_eq!(singular_times(&starts).first(), Some(&0.0));
     // Rates that mix both branches permit no motion.
     let mixed: Vec<Known> = known
         .iter()

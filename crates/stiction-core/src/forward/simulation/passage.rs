@@ -89,8 +89,7 @@ impl Simulation<'_> {
             ahead.advance(&model.topology, &by);
             ranks.at(model, &ahead)
         };
-        let (rank, _) = at(0.0);
-        let [first, middle, last] = [0.0, 0.5, 1.0].map(|part| at(part * time).1);
+        let [(rank, first), (_, middle), (_, last)] = [0.0, 0.5, 1.0].map(|part| at(part * time));
         let passes_early = (last - middle).abs() >= CHANGES * first;
         let passes_late = (first - middle).abs() >= CHANGES * last;
         if !passes_early && !passes_late {

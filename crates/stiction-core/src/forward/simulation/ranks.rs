@@ -96,14 +96,13 @@ impl Ranks {
     fn reflect(&mut self, model: &Forward) -> (usize, f64) {
         let (topology, parameters) = (&model.topology, &model.parameters);
         let Self { bodies, rows, scaled, space, sparse, generic, .. } = self;
-        let n = topology.dofs();
         if sparse.is_some() {
             let (_, order) = generic.get_or_insert_with(|| generic_rank(model));
             return reflect_sparsely(&transposed(model, bodies, rows), order);
         }
         rows.fill_matrix(topology, parameters, bodies);
         rows.scale_into(&model.columns, scaled);
-        space.decompose(scaled, rows.rows.len(), n, DEPENDENT);
+        space.decompose(scaled, rows.rows.len(), topology.dofs(), DEPENDENT);
         (space.rank(), space.least_part())
     }
 

@@ -3,7 +3,7 @@
 
 use super::closures::{Buffers, Closures, Place};
 use crate::forward::Forward;
-use crate::forward::constraint_jacobian::{ConstraintRows, each_dof};
+use crate::forward::constraint_jacobian::ConstraintRows;
 use crate::kinematics::Bodies;
 use crate::linalg::{BLOCK, Part};
 use crate::topology::Role;
@@ -69,8 +69,8 @@ impl SparseRows {
         for (index, row) in rows.rows.iter().enumerate() {
             let Some(at) = closures.places[index] else { continue };
             let mut square = 0.0;
-            each_dof(topology, row.joint, |d, sign| {
-                let entry = sign * bodies.screws[d].power(row.covector) * model.columns[d];
+            row.each_entry((topology, &model.parameters), bodies, |d, entry| {
+                let entry = entry * model.columns[d];
                 closures.add(d, at, entry);
                 square += weights[d] * entry * entry;
             });
