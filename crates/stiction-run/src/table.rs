@@ -1,7 +1,7 @@
 //! Tables of numbers, as CSV or in memory, with one row for each record of a run.
 
 use std::io;
-use stiction_draw::numbers::exact;
+use stiction_draw::numbers::{exact, exact_after_commas};
 
 /// Names of the columns for each joint reaction.
 pub(crate) const REACTION: [&str; 7] =
@@ -72,7 +72,7 @@ pub(crate) struct Tables<W: io::Write> {
     tables: Vec<W>,
     /// Time of the present row, with which the row of every table begins.
     time: String,
-    line: String,
+    line: Vec<u8>,
 }
 
 impl<W: io::Write> Tables<W> {
@@ -93,7 +93,7 @@ impl<W: io::Write> Tables<W> {
 
     /// Creates a writer for tables that already contain their headers and rows.
     pub(crate) fn continued(files: impl IntoIterator<Item = W>) -> Self {
-        Self { tables: files.into_iter().collect(), time: String::new(), line: String::new() }
+        Self { tables: files.into_iter().collect(), time: String::new(), line: Vec::new() }
     }
 
     /// Adds a row to each table: the time, s, followed by the values of the table with all digits.
@@ -108,13 +108,10 @@ impl<W: io::Write> Tables<W> {
             // Numbers need no quotes; a CSV writer that searches for characters to quote would take
             // most of the time.
             self.line.clear();
-            self.line.push_str(&self.time);
-            for value in row {
-                self.line.push(',');
-                exact(&mut self.line, *value);
-            }
-            self.line.push('\n');
-            table.write_all(self.line.as_bytes())?;
+            self.line.extend_from_slice(self.time.as_bytes());
+            exact_after_commas(&mut self.line, row);
+            self.line.push(b'\n');
+            table.write_all(&self.line)?;
         }
         Ok(())
     }
