@@ -1,7 +1,7 @@
 //! Tables of numbers, as CSV or in memory, with one row for each record of a run.
 
 use std::io;
-use stiction_draw::numbers::{exact, exact_after_commas};
+use stiction_draw::numbers::{exact, finish_line};
 
 /// Names of the columns for each joint reaction.
 pub(crate) const REACTION: [&str; 7] =
@@ -72,6 +72,7 @@ pub(crate) struct Tables<W: io::Write> {
     tables: Vec<W>,
     /// Time of the present row, with which the row of every table begins.
     time: String,
+    /// Present row of a table, at its start.
     line: Vec<u8>,
 }
 
@@ -104,14 +105,14 @@ impl<W: io::Write> Tables<W> {
     ) -> io::Result<()> {
         self.time.clear();
         exact(&mut self.time, time);
+        let begun = self.time.len();
+        self.line.resize(self.line.len().max(begun), 0);
+        self.line[..begun].copy_from_slice(self.time.as_bytes());
         for (table, row) in self.tables.iter_mut().zip(rows) {
             // Numbers need no quotes; a CSV writer that searches for characters to quote would take
             // most of the time.
-            self.line.clear();
-            self.line.extend_from_slice(self.time.as_bytes());
-            exact_after_commas(&mut self.line, row);
-            self.line.push(b'\n');
-            table.write_all(&self.line)?;
+            let end = finish_line(&mut self.line, begun, row);
+            table.write_all(&self.line[..end])?;
         }
         Ok(())
     }

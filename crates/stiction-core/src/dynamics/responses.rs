@@ -97,11 +97,9 @@ impl Responses {
         self.wrenches.resize(blocks * joints, Wrench::zero());
         self.efforts.resize(blocks * actuators, Four::zero());
         for wrench in &mut self.wrenches {
-            let [force, moment] = [(); 2].map(|()| {
-                let [x, y, z] = [(); 3].map(|()| Lanes(numbers.next()));
-                Vec3::new(x, y, z)
-            });
-            *wrench = Wrench { force, moment };
+            let mut next = || Lanes(numbers.next());
+            let mut vector = || Vec3::new(next(), next(), next());
+            *wrench = Wrench { force: vector(), moment: vector() };
         }
         self.efforts.iter_mut().for_each(|effort| *effort = Lanes(numbers.next()));
     }

@@ -8,7 +8,7 @@ pub(crate) type Part = [f64; BLOCK];
 pub(crate) type Block = [Part; BLOCK];
 
 pub(super) const NOTHING: Block = [[0.0; BLOCK]; BLOCK];
-const UNIT: Block = {
+pub(super) const UNIT: Block = {
     let mut unit = NOTHING;
     let mut i = 0;
     while i < BLOCK {
@@ -19,18 +19,22 @@ const UNIT: Block = {
 };
 
 /// Computes the inverse of the lower Cholesky factor of the first `size` rows and columns of a
-/// block; `None` if a pivot does not exceed `least` or is not finite.
+/// block, of which the upper triangle is overwritten. `inverse` must be [`UNIT`]. Returns `false` if
+/// a pivot does not exceed `least` or is not finite.
 #[inline(always)]
-pub(super) fn inverse_factor(block: &Block, size: usize, least: f64) -> Option<Block> {
-    let (mut left, mut inverse) = (*block, UNIT);
+pub(super) fn inverse_factor(
+    left: &mut Block,
+    inverse: &mut Block,
+    size: usize,
+    least: f64,
+) -> bool {
     let size = size.min(BLOCK);
-    let is_positive = eliminate_column::<0>(&mut left, &mut inverse, size, least)
-        && eliminate_column::<1>(&mut left, &mut inverse, size, least)
-        && eliminate_column::<2>(&mut left, &mut inverse, size, least)
-        && eliminate_column::<3>(&mut left, &mut inverse, size, least)
-        && eliminate_column::<4>(&mut left, &mut inverse, size, least)
-        && eliminate_column::<5>(&mut left, &mut inverse, size, least);
-    is_positive.then_some(inverse)
+    eliminate_column::<0>(left, inverse, size, least)
+        && eliminate_column::<1>(left, inverse, size, least)
+        && eliminate_column::<2>(left, inverse, size, least)
+        && eliminate_column::<3>(left, inverse, size, least)
+        && eliminate_column::<4>(left, inverse, size, least)
+        && eliminate_column::<5>(left, inverse, size, least)
 }
 
 /// Eliminates column `J` of the upper triangle `left` of a symmetric block, and applies the same

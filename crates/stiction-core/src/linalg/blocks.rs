@@ -1,7 +1,7 @@
 //! Cholesky decomposition of sparse symmetric positive definite block matrices.
 
 use super::block::{
-    BLOCK, Block, NOTHING, Part, dot, inverse_factor, lower_times, multiply_lower,
+    BLOCK, Block, NOTHING, Part, UNIT, dot, inverse_factor, lower_times, multiply_lower,
     subtract_product, subtract_square, upper_times,
 };
 use super::elimination_order::EliminationOrder;
@@ -251,24 +251,25 @@ impl BlockCholesky {
     /// does not exceed `least` or is not finite.
     #[inline(always)]
     fn eliminate(&mut self, step: usize, size: usize, least: f64, next: &mut usize) -> bool {
-        let inverse = inverse_factor(&self.diagonal[step], size, least);
-        let Some(inverse) = inverse else { return false };
-        self.diagonal[step] = inverse;
-        let own = self.starts[step]..self.starts[step + 1];
-        for k in own.clone() {
-            multiply_lower(&inverse, &mut self.below[k], size);
+        let Self { diagonal, below, rows, updates, .. } = self;
+        let mut inverse = UNIT;
+        if !inverse_factor(&mut diagonal[step], &mut inverse, size, least) {
+            return false;
         }
-        for k in own.clone() {
-            let block = self.below[k];
-            let row = self.rows[k];
-            subtract_square(&mut self.diagonal[row], &block, size);
-            for other in k + 1..own.end {
-                let of_row = self.below[other];
-                let to = &mut self.below[self.updates[*next]];
-                subtract_product(to, (&block, &of_row), size);
+        let own = self.starts[step]..self.starts[step + 1];
+        // Products change blocks of later steps only.
+        let (blocks, after) = below.split_at_mut(own.end);
+        let blocks = &mut blocks[own.start..];
+        blocks.iter_mut().for_each(|block| multiply_lower(&inverse, block, size));
+        for ((k, block), row) in blocks.iter().enumerate().zip(&rows[own.clone()]) {
+            subtract_square(&mut diagonal[*row], block, size);
+            for of_row in &blocks[k + 1..] {
+                let to = &mut after[updates[*next] - own.end];
+                subtract_product(to, (block, of_row), size);
                 *next += 1;
             }
         }
+        diagonal[step] = inverse;
         true
     }
 

@@ -1,7 +1,7 @@
 //! Cholesky decomposition of a block diagonal matrix plus a matrix of low rank.
 
 use super::block::{
-    BLOCK, Block, NOTHING, Part, add_outer, dot, inverse_factor, lower_times, upper_times,
+    BLOCK, Block, NOTHING, Part, UNIT, add_outer, dot, inverse_factor, lower_times, upper_times,
 };
 
 /// Cholesky decomposition of `S = D + V W V^T` in linear time, where `D` is block diagonal and `V`
@@ -102,7 +102,10 @@ impl HubCholesky {
             for (column, moved) in columns.iter().zip(&moved) {
                 add_outer(own, column, moved);
             }
-            let Some(inverse) = inverse_factor(own, BLOCK, least) else { return false };
+            let mut inverse = UNIT;
+            if !inverse_factor(own, &mut inverse, BLOCK, least) {
+                return false;
+            }
             *own = inverse;
             *carried = moved.map(|row| lower_times(&inverse, &row));
             for (left, a) in left.iter_mut().zip(&*carried) {

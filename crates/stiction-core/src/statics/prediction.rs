@@ -1,7 +1,7 @@
 //! Prediction of the smallest eigenvalue of a matrix and of its eigenvector along a motion, from
 //! those at the preceding configurations.
 
-use crate::linalg::{BLOCK, Part};
+use crate::linalg::{BLOCK, Part, dot};
 
 /// Relative residual at which inverse iteration without a shift stops. With a shift, the error of
 /// the eigenvalue is the residual times the relative distance between shift and eigenvalue, so a
@@ -23,13 +23,15 @@ const FARTHEST: f64 = 0.5;
 /// Relative distance of the shift from the predicted eigenvalue while the error of no prediction is
 /// known.
 const UNCHECKED: f64 = 0.1;
+/// Error of the preceding predictions up to which the extrapolated eigenvector may be so accurate
+/// that an eigenvalue is found by [`Prediction::bracket`].
+const SMOOTH: f64 = 1e-5;
 /// Weight of the preceding configuration's eigenvector in the start vector, relative to the weight
 /// of a general vector. Because of the general vector, the iteration finds the smallest eigenvalue
 /// even if its eigenvector is orthogonal to the preceding one.
 const KNOWN: f64 = 4.0;
 
-/// Smallest eigenvalues at the three most recent configurations, and the eigenvector at the most
-/// recent one.
+/// Smallest eigenvalues at the three most recent configurations, and their eigenvectors.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Prediction {
     /// Smallest eigenvalues at the most recent configuration and at the ones before it, in this
@@ -38,7 +40,14 @@ pub(super) struct Prediction {
     /// Relative errors of the predictions for the most recent configuration and for the one before
     /// it; `None` if there was no prediction.
     missed: [Option<f64>; 2],
-    vector: Vec<Part>,
+    /// Unit eigenvectors at the most recent configurations, from the most recent one on, with equal
+    /// senses; empty if unknown.
+    vectors: [Vec<Part>; 3],
+    /// Rayleigh quotient of the vector that was last extrapolated.
+    quotient: Option<f64>,
+    /// Differences between these quotients and the eigenvalues, relative to the eigenvalues, for the
+    /// most recent configuration and for the one before it.
+    excess: [Option<f64>; 2],
     /// General vector of the start vectors, which is computed at its first use.
     general: Vec<Part>,
 }
@@ -94,26 +103,66 @@ impl Prediction {
         }
     }
 
+    /// Writes the eigenvector that is expected at the next configuration to `vector`, extrapolated
+    /// from the three preceding ones. Returns `false` if less are known or the motion is not smooth.
+    pub(super) fn extrapolate(&self, vector: &mut Vec<Part>) -> bool {
+        let is_smooth = |missed: &Option<f64>| missed.is_some_and(|missed| missed <= SMOOTH);
+        let [a, b, c] = &self.vectors;
+        if !self.missed.iter().all(is_smooth) || c.is_empty() {
+            return false;
+        }
+        vector.clear();
+        vector.extend(
+            a.iter().zip(b).zip(c).map(|((a, b), c)| -> Part {
+                core::array::from_fn(|i| 3.0 * (a[i] - b[i]) + c[i])
+            }),
+        );
+        true
+    }
+
+    /// Returns a lower bound of the smallest eigenvalue that is expected to hold, from the Rayleigh
+    /// quotient `quotient` of the extrapolated vector, which is an upper bound. `None` if the
+    /// preceding quotients exceeded the eigenvalues by too much for a certain result. `rounded` is
+    /// the round-off of eigenvalues.
+    pub(super) fn bracket(&mut self, quotient: f64, rounded: f64) -> Option<f64> {
+        self.quotient = Some(quotient);
+        let [Some(last), Some(before)] = self.excess else { return None };
+        let margin = (SAFETY * last.max(before) * quotient).max(rounded);
+        // Half of the permitted error is for round-off of the lower bound.
+        (margin <= 0.5 * CERTAIN * quotient).then_some(quotient - margin)
+    }
+
     /// Adds the smallest eigenvalue and its eigenvector at the next configuration, and computes the
-    /// error of the prediction.
+    /// errors of the predictions.
     pub(super) fn add(&mut self, eigenvalue: f64, vector: &[Part]) {
+        let over = |value: f64| ((value - eigenvalue) / eigenvalue).abs();
+        self.excess = [self.quotient.take().map(over), self.excess[0]];
         let missed = self.expected().map(|expected| ((eigenvalue - expected) / eigenvalue).abs());
         self.missed = [missed, self.missed[0]];
         self.last = [Some(eigenvalue), self.last[0], self.last[1]];
-        self.vector.clear();
-        self.vector.extend_from_slice(vector);
+        self.vectors.rotate_right(1);
+        let [own, before, _] = &mut self.vectors;
+        let mut over = 1.0 / vector.iter().map(|part| dot(part, part)).sum::<f64>().sqrt();
+        if before.iter().zip(vector).map(|(a, b)| dot(a, b)).sum::<f64>() < 0.0 {
+            over = -over;
+        }
+        own.clear();
+        own.extend(vector.iter().map(|part| part.map(|x| over * x)));
     }
 
     /// Sets the eigenvalue that is expected at the next configuration, which replaces the
     /// extrapolated one.
     pub(super) fn expect(&mut self, eigenvalue: f64) {
         self.last = [Some(eigenvalue), None, None];
+        self.vectors[1..].iter_mut().for_each(Vec::clear);
+        (self.quotient, self.excess) = (None, [None; 2]);
     }
 
-    /// Clears the eigenvalues, the eigenvector and the error of the prediction.
+    /// Clears the eigenvalues, the eigenvectors and the errors of the predictions.
     pub(super) fn forget(&mut self) {
         (self.last, self.missed) = ([None; 3], [None; 2]);
-        self.vector.clear();
+        (self.quotient, self.excess) = (None, [None; 2]);
+        self.vectors.iter_mut().for_each(Vec::clear);
     }
 
     /// Computes the start vector of the iteration. `sizes` are the numbers of rows used in each
@@ -122,7 +171,7 @@ impl Prediction {
         &mut self,
         sizes: impl ExactSizeIterator<Item = usize>,
     ) -> impl Iterator<Item = Part> {
-        let Self { vector, general, .. } = self;
+        let Self { vectors: [vector, ..], general, .. } = self;
         for k in general.len()..sizes.len() {
             let angle = |i: usize| 1.0 + (BLOCK * k + i) as f64 * 0.7548;
             general.push(core::array::from_fn(|i| angle(i).sin()));

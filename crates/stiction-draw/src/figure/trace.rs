@@ -83,10 +83,9 @@ impl Trace {
 #[derive(Clone, Debug)]
 pub struct JumpTrace {
     trace: Trace,
-    /// The sample that was drawn last; `rate` is the time derivative of the friction part before
-    /// this sample.
+    /// The sample that was drawn last, and the one before it.
     drawn: Option<Sample>,
-    rate: f64,
+    before: Option<Sample>,
     /// The newest sample, which is drawn when the next sample is known.
     newest: Option<Sample>,
 }
@@ -114,7 +113,7 @@ impl Sample {
 impl JumpTrace {
     /// Creates an empty curve. The expected number of samples, `count`, determines the thinning.
     pub fn new(count: usize) -> Self {
-        Self { trace: Trace::new(count), drawn: None, rate: 0.0, newest: None }
+        Self { trace: Trace::new(count), drawn: None, before: None, newest: None }
     }
 
     /// Adds a sample at a time (s): the smooth part, the friction part, true if the friction part
@@ -123,13 +122,12 @@ impl JumpTrace {
     pub fn push(&mut self, time: f64, smooth: f64, part: f64, rests: bool, reversal: Option<f64>) {
         let next = Sample { time, smooth, part, rests, reversal };
         if let Some(newest) = self.newest.replace(next) {
-            self.draw(newest, next.rate_since(&newest));
+            self.draw(newest, Some(&next));
         }
     }
 
-    /// Draws the sample `now`; `rate` is the time derivative of the friction part after this
-    /// sample.
-    fn draw(&mut self, now: Sample, rate: f64) {
+    /// Draws the sample `now`; `next` is the sample after it, if any.
+    fn draw(&mut self, now: Sample, next: Option<&Sample>) {
         let Sample { time, smooth, part, rests, reversal } = now;
         match (self.drawn, rests) {
             (None, true) => {}
@@ -147,20 +145,21 @@ impl JumpTrace {
                     let passed = at - last.time;
                     let between =
                         last.smooth + (smooth - last.smooth) * passed / (time - last.time);
-                    self.trace.push(at, between + last.part + self.rate * passed);
-                    self.trace.push(at, between + part - rate * (time - at));
+                    let rate_before = self.before.map_or(0.0, |before| last.rate_since(&before));
+                    let rate_after = next.map_or(0.0, |next| next.rate_since(&now));
+                    self.trace.push(at, between + last.part + rate_before * passed);
+                    self.trace.push(at, between + part - rate_after * (time - at));
                 }
                 self.trace.push(time, smooth + part);
             }
         }
-        self.rate = self.drawn.map_or(0.0, |last| now.rate_since(&last));
-        self.drawn = Some(now);
+        self.before = self.drawn.replace(now);
     }
 
     /// Converts the samples to a curve; see [`Trace::line`].
     pub fn line(mut self, label: &str, colour: usize, dashed: bool) -> Line {
         if let Some(newest) = self.newest.take() {
-            self.draw(newest, 0.0);
+            self.draw(newest, None);
         }
         self.trace.line(label, colour, dashed)
     }

@@ -9,6 +9,7 @@
 //! Equation (M6) of the book's theory.
 
 mod bounds;
+mod bracket;
 mod factor;
 mod inverse_iteration;
 #[cfg(test)]
@@ -21,12 +22,13 @@ use super::prediction::{Prediction, Shift};
 use crate::joint::{Dof, JointType};
 use crate::kinematics::Bodies;
 use crate::linalg::{
-    BLOCK, BlockCholesky, ColumnOrder, Lanczos, Part, Slot, add_outer_products, add_squares, dot,
+    BLOCK, BlockCholesky, ColumnOrder, Lanczos, Part, Slot, add_outer_products, add_squares,
 };
 use crate::mechanism::Mechanism;
 use crate::parameters::Parameters;
 use crate::spatial::Wrench;
-use inverse_iteration::{length_squared, shift_below, weakest};
+use bracket::{square_of_motion, square_of_stress};
+use inverse_iteration::{shift_below, weakest};
 use travel::{Changes, Kinds, Places};
 
 /// Singular values below this fraction of the largest entry are computed from the triangular factor
@@ -75,6 +77,8 @@ pub struct SingularityDistances {
     /// Resultant of the constraint wrenches on each body, for constraint multipliers equal to the
     /// computed eigenvector.
     carried: Vec<Part>,
+    /// Extrapolated eigenvector.
+    expected: Vec<Part>,
     lanczos: Lanczos,
     /// Column orders of the triangular factors for the actuation index and the constraint index.
     orders: [Option<ColumnOrder>; 2],
@@ -198,6 +202,7 @@ impl SingularityDistances {
             actuation: Prediction::default(),
             constraint: Prediction::default(),
             carried: vec![[0.0; BLOCK]; bodies],
+            expected: Vec::new(),
             lanczos: Lanczos::default(),
             orders: [None, None],
         })
@@ -249,10 +254,10 @@ impl SingularityDistances {
     fn smallest(&mut self, index: SingularityIndex, largest: f64) -> Option<f64> {
         let prediction = self.prediction(index);
         if !prediction.is_below(SMALL * largest) {
-            let found = match index {
+            let found = self.smallest_in_bracket(index, largest).or_else(|| match index {
                 SingularityIndex::Actuation => self.smallest_between_bodies(),
                 SingularityIndex::Constraint => self.smallest_between_joints(),
-            };
+            });
             if let Some(value) = found.filter(|value| *value > SMALL * largest) {
                 return Some(value);
             }
@@ -361,19 +366,7 @@ impl SingularityDistances {
         let all = (0..self.bodies).map(|_| BLOCK);
         let start = self.actuation.start(all);
         let motion = weakest(&mut self.by_bodies, &mut self.lanczos, start, shift)?;
-        // Use the balance matrix itself, because the Gram matrix has fewer accurate digits.
-        let mut square = 0.0;
-        for (index, joint) in self.joints.iter().enumerate() {
-            for unknown in 0..joint.unknowns {
-                let at = |end: usize| {
-                    let body = joint.ends[end].checked_sub(1)?;
-                    Some(dot(&self.on[index][end][unknown], &motion[body]))
-                };
-                let amount = at(0).unwrap_or(0.0) + at(1).unwrap_or(0.0);
-                square += amount * amount;
-            }
-        }
-        let square = square / length_squared(motion);
+        let square = square_of_motion(&self.joints, &self.on, motion);
         if !shift.is_certain(square) {
             return None;
         }
@@ -433,20 +426,7 @@ impl SingularityDistances {
         let sizes = self.joints.iter().map(|joint| joint.constraints);
         let start = self.constraint.start(sizes);
         let stress = weakest(&mut self.by_joints, &mut self.lanczos, start, shift)?;
-        let on_bodies = &mut self.carried;
-        on_bodies.fill([0.0; BLOCK]);
-        for (index, joint) in self.joints.iter().enumerate() {
-            for end in 0..2 {
-                let Some(body) = joint.ends[end].checked_sub(1) else { continue };
-                let columns = &self.on[index][end][..joint.constraints];
-                for (column, amount) in columns.iter().zip(&stress[index]) {
-                    for i in 0..BLOCK {
-                        on_bodies[body][i] += column[i] * amount;
-                    }
-                }
-            }
-        }
-        let square = length_squared(on_bodies) / length_squared(stress);
+        let square = square_of_stress(&self.joints, &self.on, (stress, &mut self.carried));
         if !shift.is_certain(square) {
             return None;
         }
