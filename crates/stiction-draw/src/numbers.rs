@@ -47,10 +47,9 @@ pub fn fixed(x: f64, decimals: usize) -> String {
 /// Appends a number with all its digits in the shortest form that reads back as the same number:
 /// plain between 1e-5 and 1e16, else with a power of ten.
 pub fn exact(out: &mut String, x: f64) {
-    let mut buffer = zmij::Buffer::new();
-    let (text, power) = shortest(&mut buffer, x);
-    out.push_str(text);
-    out.push_str(power);
+    let mut room = [0; ROOM];
+    let length = put(&mut room, digits(&mut zmij::Buffer::new(), x), x);
+    out.extend(room[..length].iter().map(|byte| char::from(*byte)));
 }
 
 /// Writes numbers as [`exact`], each after a comma, and the end of the line, from the byte `end` of
@@ -60,65 +59,53 @@ pub fn finish_line(line: &mut Vec<u8>, mut end: usize, numbers: &[f64]) -> usize
     if line.len() < room {
         line.resize(room, 0);
     }
-    // A processor cannot load bytes at once that it has just stored one by one. Until a text is
-    // copied, it formats the next ones.
-    let mut buffers: [zmij::Buffer; 4] = core::array::from_fn(|_| zmij::Buffer::new());
-    for group in numbers.chunks(buffers.len()) {
-        let mut texts = [("", ""); 4];
-        for ((text, buffer), x) in texts.iter_mut().zip(&mut buffers).zip(group) {
-            *text = shortest(buffer, *x);
-        }
-        for (text, power) in &texts[..group.len()] {
-            line[end] = b',';
-            end += 1;
-            end += copy_short(&mut line[end..], text.as_bytes());
-            if !power.is_empty() {
-                end += copy_short(&mut line[end..], power.as_bytes());
-            }
+    let mut buffer = zmij::Buffer::new();
+    for x in numbers {
+        line[end] = b',';
+        end += 1;
+        if let Some(room) = line[end..].first_chunk_mut() {
+            end += put(room, digits(&mut buffer, *x), *x);
         }
     }
     line[end] = b'\n';
     end + 1
 }
 
-/// Returns the text of a number as [`exact`], and a power of ten that follows the text.
+/// Returns the shortest digits of a number, possibly with an unnecessary decimal `.0` or plus sign.
 #[inline]
-fn shortest(buffer: &mut zmij::Buffer, x: f64) -> (&str, &str) {
+fn digits(buffer: &mut zmij::Buffer, x: f64) -> &[u8] {
     // Flags and absent parts fill many columns.
     match x {
-        1.0 => return ("1", ""),
-        0.0 if x.is_sign_positive() => return ("0", ""),
-        _ => {}
-    }
-    let text = buffer.format(x);
-    // Only powers of ten from 1e16 on have a plus sign, which is omitted. Smaller numbers are not
-    // searched for the sign, because the search takes as long as formatting the digits.
-    if x.abs() >= PLAIN
-        && let Some(parts) = text.split_once('+')
-    {
-        return parts;
-    }
-    // A search for the end of a text calls a function of the system, which takes a tenth of the
-    // time of formatting.
-    match text.as_bytes() {
-        [whole @ .., b'.', b'0'] => (&text[..whole.len()], ""),
-        _ => (text, ""),
+        1.0 => b"1",
+        0.0 if x.is_sign_positive() => b"0",
+        _ if x.abs() < PLAIN => buffer.format_finite(x).as_bytes(),
+        _ => buffer.format(x).as_bytes(),
     }
 }
 
-/// Copies a text of at most [`ROOM`] bytes to the start of `out` and returns its length. Two copies
-/// of a constant length, which overlap, take less time than a call of the function of the system
-/// that copies any length.
+/// Writes the digits of the number `x` to the start of `room`, without an unnecessary decimal or
+/// plus sign. Returns the number of bytes. Digits have at most 25 bytes.
 #[inline]
-fn copy_short(out: &mut [u8], text: &[u8]) -> usize {
-    match (text.first_chunk::<HALF>(), text.last_chunk::<HALF>()) {
+fn put(room: &mut [u8; ROOM], digits: &[u8], x: f64) -> usize {
+    let length = digits.len();
+    // Two copies of a constant length, which overlap, take less time than a call of the function of
+    // the system that copies any length.
+    match (digits.first_chunk::<HALF>(), digits.last_chunk::<HALF>()) {
         (Some(first), Some(last)) => {
-            out[..HALF].copy_from_slice(first);
-            out[text.len() - HALF..text.len()].copy_from_slice(last);
+            room[..HALF].copy_from_slice(first);
+            room[length - HALF..length].copy_from_slice(last);
         }
-        _ => out.iter_mut().zip(text).for_each(|(out, byte)| *out = *byte),
+        _ if length == 1 => room[0] = digits[0],
+        _ => room[..length].copy_from_slice(digits),
     }
-    text.len()
+    // Only powers of ten from 1e16 on have a plus sign.
+    if x.abs() >= PLAIN
+        && let Some(plus) = digits.iter().position(|byte| *byte == b'+')
+    {
+        room.copy_within(plus + 1..length, plus);
+        return length - 1;
+    }
+    if room[..length].ends_with(b".0") { length - 2 } else { length }
 }
 
 /// Returns the text for NaN (`none`) and for infinities; `None` for a finite number.

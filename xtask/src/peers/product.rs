@@ -9,6 +9,7 @@ use super::Trouble;
 use super::build::Programs;
 use super::process::Process;
 use serde_json::{Map, Value, json};
+use std::io::ErrorKind;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Instant;
@@ -96,6 +97,12 @@ impl Case {
             let each = kernel.batch(subject, BATCH).map_err(Trouble::Failed)?;
             program = program.min(each);
             for k in 0..2 {
+                // Replacing the files of an earlier run would take time as well.
+                if let Err(error) = std::fs::remove_dir_all(&folder)
+                    && error.kind() != ErrorKind::NotFound
+                {
+                    return Err(Trouble::Failed(format!("{}: {error}", folder.display())));
+                }
                 let begun = Instant::now();
                 samples[k] = self.run(programs, self.steps[k], &folder)?;
                 times[k] = times[k].min(begun.elapsed().as_secs_f64() * 1e9);

@@ -192,8 +192,7 @@ impl Job<'_> {
                     break;
                 }
             };
-            let now = simulation.instant();
-            let time = now.time;
+            let time = simulation.instant().time;
             if let Some(stop) = simulation.ended_by().and_then(|k| self.stops.get(k)) {
                 ending = Ending::Stopped(stop.text().to_owned());
                 if time <= last && done > 0 {
@@ -207,6 +206,8 @@ impl Job<'_> {
             joints.clear();
             joints.extend(dofs.iter().map(|f| simulation.joint_motion(f.joint, f.index)));
             acting.reference_poses(time, &tracked, &mut reference_poses);
+            let numbers = simulation.numbers();
+            let now = simulation.instant();
             let sample = Sample {
                 forward,
                 instant: now,
@@ -226,7 +227,7 @@ impl Job<'_> {
             last = time;
             let bare = || RunCheckpoint {
                 samples: done,
-                simulation: simulation.checkpoint().numbers,
+                simulation: numbers.clone(),
                 inputs: acting.save(),
                 figures,
                 events: Vec::new(),

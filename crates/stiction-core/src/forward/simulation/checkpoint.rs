@@ -130,15 +130,19 @@ impl<'a> Simulation<'a> {
     /// contains the state at the start of this step, so that a resumed simulation takes the same
     /// steps. Inputs must save their own state at the start of the step, see
     /// [`Inputs::begin_step`](crate::forward::Inputs::begin_step).
-    pub fn checkpoint(&self) -> Checkpoint {
-        let mut numbers = vec![FORMAT];
-        if self.last_step.shows {
-            numbers.extend_from_slice(&self.last_step.numbers);
-        } else {
-            let mut copy = Self { last_step: LastStep::default(), ..self.clone() };
-            copy.pass(&mut Tape::Out(&mut numbers));
+    pub fn checkpoint(&mut self) -> Checkpoint {
+        Checkpoint { numbers: self.numbers(), events: self.recorded_events().to_vec() }
+    }
+
+    /// Returns the numbers of [`Self::checkpoint`].
+    pub fn numbers(&mut self) -> Vec<f64> {
+        let mut numbers = Vec::with_capacity(1 + self.last_step.numbers.len());
+        numbers.push(FORMAT);
+        match self.last_step.shows {
+            true => numbers.extend_from_slice(&self.last_step.numbers),
+            false => self.pass(&mut Tape::Out(&mut numbers)),
         }
-        Checkpoint { numbers, events: self.recorded_events().to_vec() }
+        numbers
     }
 
     /// Returns the events that [`Self::checkpoint`] would store if it were called now.

@@ -53,11 +53,11 @@ impl SingularityDistances {
         matrix.solve(vector);
         let square = self.square_of(index, vector);
         // A quotient above that of the extrapolated vector, or NaN, indicates a failure.
-        if !(square <= quotient + rounded) {
-            return None;
+        let is_below = square <= quotient + rounded;
+        if is_below {
+            self.prediction(index).add(square, vector);
         }
-        self.prediction(index).add(square, vector);
-        Some(square.sqrt())
+        is_below.then(|| square.sqrt())
     }
 
     /// Rayleigh quotient of `vector` with the Gram matrix of an index.

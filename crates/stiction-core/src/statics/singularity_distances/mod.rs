@@ -399,7 +399,10 @@ impl SingularityDistances {
     /// configuration set by [`Self::place`].
     fn multiply_between_joints(&mut self) {
         for ((joint, on), across) in self.joints.iter().zip(&self.on).zip(&mut self.across) {
-            for (on, across) in on.iter().zip(across) {
+            for ((end, on), across) in joint.ends.iter().zip(on).zip(across) {
+                if *end == 0 {
+                    continue;
+                }
                 for (k, column) in on[..joint.constraints].iter().enumerate() {
                     across.iter_mut().zip(column).for_each(|(row, entry)| row[k] = *entry);
                 }
