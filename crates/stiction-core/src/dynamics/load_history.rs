@@ -1,7 +1,7 @@
 //! Normal loads at previous configurations of a motion, and their extrapolation to the next
 //! configuration.
 
-use crate::friction_problem::vector_history::VectorHistory;
+use crate::linalg::VectorHistory;
 
 /// Normal loads at previous configurations of a motion.
 #[derive(Clone, Debug, Default)]

@@ -23,7 +23,6 @@
 //! | [`triangular_loads`] | Newton's method on many normal loads in block triangular form |
 //! | [`continuation`] | solution connected with the frictionless solution, by increasing `s` from zero |
 //! | [`uniqueness`] | bound on the coupling below which the solution is unique |
-//! | [`vector_history`] | extrapolation of starting vectors from previous configurations |
 //! | [`complementarity`] | friction vectors with unknown stick-slip modes of the interfaces |
 //!
 //! The callers provide the equations of motion: the sparse balance of inverse dynamics, the dense
@@ -42,4 +41,3 @@ pub(crate) mod small_system;
 pub(crate) mod surface_vector;
 pub(crate) mod triangular_loads;
 pub(crate) mod uniqueness;
-pub(crate) mod vector_history;

@@ -5,8 +5,7 @@
 use super::influence::{Influence, InfluenceMatrix, Two};
 use super::normal_load::Configuration;
 use super::small_system::{Four, blocks_of, solve_in_place};
-use super::vector_history::VectorHistory;
-use crate::linalg::triangular_blocks;
+use crate::linalg::{VectorHistory, triangular_blocks};
 use crate::scalar::{Lanes, Scalar};
 use nalgebra::{DMatrix, DVector};
 

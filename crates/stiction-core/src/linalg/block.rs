@@ -75,14 +75,16 @@ pub(crate) fn add_outer(block: &mut [Part], a: &Part, b: &Part) {
     }
 }
 
-/// Adds the sum of the outer products of the vectors `a` and `b` with the same index to a block.
-pub(crate) fn add_outer_products(block: &mut Block, a: &[Part], b: &[Part]) {
-    update_block(block, a.iter().zip(b), |entry, product| entry + product);
+/// Adds the sum of the outer products of the vectors `a` and `b` with the same index to a block, of
+/// which `size` rows are in use.
+pub(crate) fn add_outer_products(block: &mut Block, a: &[Part], b: &[Part], size: usize) {
+    update_block(block, (a.iter().zip(b), size), |entry, product| entry + product);
 }
 
-/// Adds the sum of the outer products of vectors with themselves to the upper triangle of a block.
-pub(crate) fn add_squares(block: &mut Block, vectors: &[Part]) {
-    update_triangle(block, vectors.iter().zip(vectors), |entry, product| entry + product);
+/// Adds the sum of the outer products of vectors with themselves to the upper triangle of a block,
+/// of which `size` rows are in use.
+pub(crate) fn add_squares(block: &mut Block, vectors: &[Part], size: usize) {
+    update_triangle(block, (vectors.iter().zip(vectors), size), |entry, product| entry + product);
 }
 
 /// Computes the scalar product of two vectors.
@@ -121,38 +123,47 @@ pub(super) fn multiply_lower(lower: &Block, block: &mut Block, size: usize) {
 /// are in use.
 #[inline(always)]
 pub(super) fn subtract_product(from: &mut Block, (a, b): (&Block, &Block), size: usize) {
-    update_block(from, a.iter().zip(b).take(size), |entry, product| entry - product);
+    update_block(from, (a.iter().zip(b).take(size), BLOCK), |entry, product| entry - product);
 }
 
 /// Subtracts a product from the upper triangle of a block: `from -= transpose(a) * a`. The first
 /// `size` rows of `a` are in use.
 #[inline(always)]
 pub(super) fn subtract_square(from: &mut Block, a: &Block, size: usize) {
-    update_triangle(from, a.iter().zip(a).take(size), |entry, product| entry - product);
+    update_triangle(from, (a.iter().zip(a).take(size), BLOCK), |entry, product| entry - product);
 }
 
-/// Updates a block with the outer products of pairs of vectors.
+/// Updates the first `size` rows of a block with the outer products of pairs of vectors.
 #[inline(always)]
 fn update_block<'a>(
     block: &mut Block,
-    pairs: impl Iterator<Item = (&'a Part, &'a Part)> + Clone,
+    (pairs, size): (impl Iterator<Item = (&'a Part, &'a Part)> + Clone, usize),
     update: impl Fn(f64, f64) -> f64,
 ) {
     update_rows::<0, 0>(block, pairs.clone(), &update);
-    update_rows::<2, 0>(block, pairs.clone(), &update);
-    update_rows::<4, 0>(block, pairs, &update);
+    if size > 2 {
+        update_rows::<2, 0>(block, pairs.clone(), &update);
+    }
+    if size > 4 {
+        update_rows::<4, 0>(block, pairs, &update);
+    }
 }
 
-/// Updates the upper triangle of a block with the outer products of pairs of vectors.
+/// Updates the first `size` rows of the upper triangle of a block with the outer products of pairs
+/// of vectors.
 #[inline(always)]
 fn update_triangle<'a>(
     block: &mut Block,
-    pairs: impl Iterator<Item = (&'a Part, &'a Part)> + Clone,
+    (pairs, size): (impl Iterator<Item = (&'a Part, &'a Part)> + Clone, usize),
     update: impl Fn(f64, f64) -> f64,
 ) {
     update_rows::<0, 0>(block, pairs.clone(), &update);
-    update_rows::<2, 2>(block, pairs.clone(), &update);
-    update_rows::<4, 4>(block, pairs, &update);
+    if size > 2 {
+        update_rows::<2, 2>(block, pairs.clone(), &update);
+    }
+    if size > 4 {
+        update_rows::<4, 4>(block, pairs, &update);
+    }
 }
 
 /// Updates the rows `ROW` and `ROW + 1` of a block, from column `FIRST` on, with the outer products

@@ -16,6 +16,7 @@ mod sparse_qr;
 mod static_lu;
 mod svd;
 mod triangular_blocks;
+mod vector_history;
 
 pub use basis::Basis;
 pub(crate) use block::{BLOCK, Block, Part, add_outer, add_outer_products, add_squares, dot};
@@ -33,3 +34,4 @@ pub(crate) use static_lu::StaticLu;
 pub use svd::Svd;
 pub(crate) use svd::complement;
 pub(crate) use triangular_blocks::triangular_blocks;
+pub(crate) use vector_history::VectorHistory;

@@ -1,7 +1,7 @@
 //! Prediction of the smallest eigenvalue of a matrix and of its eigenvector along a motion, from
 //! those at the preceding configurations.
 
-use crate::linalg::{BLOCK, Part, dot};
+use crate::linalg::{BLOCK, Part, VectorHistory};
 
 /// Relative residual at which inverse iteration without a shift stops. With a shift, the error of
 /// the eigenvalue is the residual times the relative distance between shift and eigenvalue, so a
@@ -40,9 +40,10 @@ pub(super) struct Prediction {
     /// Relative errors of the predictions for the most recent configuration and for the one before
     /// it; `None` if there was no prediction.
     missed: [Option<f64>; 2],
-    /// Unit eigenvectors at the most recent configurations, from the most recent one on, with equal
-    /// senses; empty if unknown.
-    vectors: [Vec<Part>; 3],
+    /// Unit eigenvectors at the most recent configurations, with equal senses.
+    vectors: VectorHistory,
+    /// Buffer for a unit eigenvector.
+    unit: Vec<f64>,
     /// Rayleigh quotient of the vector that was last extrapolated.
     quotient: Option<f64>,
     /// Differences between these quotients and the eigenvalues, relative to the eigenvalues, for the
@@ -104,20 +105,11 @@ impl Prediction {
     }
 
     /// Writes the eigenvector that is expected at the next configuration to `vector`, extrapolated
-    /// from the three preceding ones. Returns `false` if less are known or the motion is not smooth.
-    pub(super) fn extrapolate(&self, vector: &mut Vec<Part>) -> bool {
+    /// from the preceding ones. Returns `false` if none is known or the motion is not smooth.
+    pub(super) fn extrapolate(&self, vector: &mut Vec<f64>) -> bool {
         let is_smooth = |missed: &Option<f64>| missed.is_some_and(|missed| missed <= SMOOTH);
-        let [a, b, c] = &self.vectors;
-        if !self.missed.iter().all(is_smooth) || c.is_empty() {
-            return false;
-        }
-        vector.clear();
-        vector.extend(
-            a.iter().zip(b).zip(c).map(|((a, b), c)| -> Part {
-                core::array::from_fn(|i| 3.0 * (a[i] - b[i]) + c[i])
-            }),
-        );
-        true
+        let length = self.vectors.last().map_or(0, <[f64]>::len);
+        self.missed.iter().all(is_smooth) && self.vectors.predict(length, vector)
     }
 
     /// Returns a lower bound of the smallest eigenvalue that is expected to hold, from the Rayleigh
@@ -140,21 +132,20 @@ impl Prediction {
         let missed = self.expected().map(|expected| ((eigenvalue - expected) / eigenvalue).abs());
         self.missed = [missed, self.missed[0]];
         self.last = [Some(eigenvalue), self.last[0], self.last[1]];
-        self.vectors.rotate_right(1);
-        let [own, before, _] = &mut self.vectors;
-        let mut over = 1.0 / vector.iter().map(|part| dot(part, part)).sum::<f64>().sqrt();
-        if before.iter().zip(vector).map(|(a, b)| dot(a, b)).sum::<f64>() < 0.0 {
-            over = -over;
-        }
-        own.clear();
-        own.extend(vector.iter().map(|part| part.map(|x| over * x)));
+        let flat = vector.as_flattened();
+        let product = |a: &[f64]| a.iter().zip(flat).map(|(a, b)| a * b).sum::<f64>();
+        let over = 1.0 / product(flat).sqrt();
+        let is_opposite = self.vectors.last().is_some_and(|last| product(last) < 0.0);
+        let over = if is_opposite { -over } else { over };
+        self.unit.clear();
+        self.unit.extend(flat.iter().map(|x| over * x));
+        self.vectors.add(&self.unit);
     }
 
     /// Sets the eigenvalue that is expected at the next configuration, which replaces the
     /// extrapolated one.
     pub(super) fn expect(&mut self, eigenvalue: f64) {
         self.last = [Some(eigenvalue), None, None];
-        self.vectors[1..].iter_mut().for_each(Vec::clear);
         (self.quotient, self.excess) = (None, [None; 2]);
     }
 
@@ -162,7 +153,7 @@ impl Prediction {
     pub(super) fn forget(&mut self) {
         (self.last, self.missed) = ([None; 3], [None; 2]);
         (self.quotient, self.excess) = (None, [None; 2]);
-        self.vectors.iter_mut().for_each(Vec::clear);
+        self.vectors.forget();
     }
 
     /// Computes the start vector of the iteration. `sizes` are the numbers of rows used in each
@@ -171,14 +162,15 @@ impl Prediction {
         &mut self,
         sizes: impl ExactSizeIterator<Item = usize>,
     ) -> impl Iterator<Item = Part> {
-        let Self { vectors: [vector, ..], general, .. } = self;
+        let Self { vectors, general, .. } = self;
         for k in general.len()..sizes.len() {
             let angle = |i: usize| 1.0 + (BLOCK * k + i) as f64 * 0.7548;
             general.push(core::array::from_fn(|i| angle(i).sin()));
         }
+        let last: &[Part] = vectors.last().unwrap_or(&[]).as_chunks().0;
         let known = KNOWN * (0.5 * (BLOCK * sizes.len()) as f64).sqrt();
         sizes.zip(&*general).enumerate().map(move |(k, (size, general))| {
-            let last = vector.get(k).copied().unwrap_or([0.0; BLOCK]);
+            let last = last.get(k).copied().unwrap_or([0.0; BLOCK]);
             core::array::from_fn(|i| if i < size { general[i] + known * last[i] } else { 0.0 })
         })
     }

@@ -83,14 +83,13 @@ impl Trace {
 #[derive(Clone, Debug)]
 pub struct JumpTrace {
     trace: Trace,
-    /// The sample that was drawn last, and the one before it.
-    drawn: Option<Sample>,
-    before: Option<Sample>,
-    /// The newest sample, which is drawn when the next sample is known.
-    newest: Option<Sample>,
+    /// The last four samples: sample `k` has the index `k` modulo four.
+    recent: [Sample; 4],
+    /// Number of samples. All but the newest are drawn; it is drawn when the next one is known.
+    count: usize,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Sample {
     time: f64,
     smooth: f64,
@@ -113,54 +112,69 @@ impl Sample {
 impl JumpTrace {
     /// Creates an empty curve. The expected number of samples, `count`, determines the thinning.
     pub fn new(count: usize) -> Self {
-        Self { trace: Trace::new(count), drawn: None, before: None, newest: None }
+        Self { trace: Trace::new(count), recent: [Sample::default(); 4], count: 0 }
     }
 
     /// Adds a sample at a time (s): the smooth part, the friction part, true if the friction part
     /// is an interval because the mechanism rests, and the instant of a reversal since the last
     /// sample, if any.
     pub fn push(&mut self, time: f64, smooth: f64, part: f64, rests: bool, reversal: Option<f64>) {
-        let next = Sample { time, smooth, part, rests, reversal };
-        if let Some(newest) = self.newest.replace(next) {
-            self.draw(newest, Some(&next));
+        self.recent[self.count % 4] = Sample { time, smooth, part, rests, reversal };
+        self.count += 1;
+        if self.count > 1 {
+            self.draw(2);
         }
     }
 
-    /// Draws the sample `now`; `next` is the sample after it, if any.
-    fn draw(&mut self, now: Sample, next: Option<&Sample>) {
-        let Sample { time, smooth, part, rests, reversal } = now;
-        match (self.drawn, rests) {
-            (None, true) => {}
-            (None, false) => self.trace.push(time, smooth + part),
-            // At the first sample at rest, the curve ends with the friction of the previous sample.
-            // After the rest, it continues with the friction of the first moving sample.
-            (Some(last), true) if !last.rests => self.trace.push(time, smooth + last.part),
-            (Some(_), true) => self.trace.interrupt(),
-            (Some(last), false) if last.rests => {
-                self.trace.push(last.time, last.smooth + part);
+    /// Returns the last sample (`back` is 1) or an earlier one; `None` before the first one.
+    fn sample(&self, back: usize) -> Option<&Sample> {
+        let index = self.count.checked_sub(back)?;
+        self.recent.get(index % 4)
+    }
+
+    /// Draws a sample, of which `back` is the place from the end as in [`Self::sample`].
+    fn draw(&mut self, back: usize) {
+        let Some(now) = self.sample(back) else { return };
+        let &Sample { time, smooth, part, rests, reversal } = now;
+        let Some(last) = self.sample(back + 1) else {
+            if !rests {
                 self.trace.push(time, smooth + part);
             }
-            (Some(last), false) => {
+            return;
+        };
+        match (last.rests, rests) {
+            // At the first sample at rest, the curve ends with the friction of the previous sample.
+            // After the rest, it continues with the friction of the first moving sample.
+            (false, true) => self.trace.push(time, smooth + last.part),
+            (true, true) => self.trace.interrupt(),
+            (true, false) => {
+                let start = (last.time, last.smooth + part);
+                self.trace.push(start.0, start.1);
+                self.trace.push(time, smooth + part);
+            }
+            (false, false) => {
                 if let Some(at) = reversal {
                     let passed = at - last.time;
                     let between =
                         last.smooth + (smooth - last.smooth) * passed / (time - last.time);
-                    let rate_before = self.before.map_or(0.0, |before| last.rate_since(&before));
-                    let rate_after = next.map_or(0.0, |next| next.rate_since(&now));
-                    self.trace.push(at, between + last.part + rate_before * passed);
-                    self.trace.push(at, between + part - rate_after * (time - at));
+                    let before = self.sample(back + 2);
+                    let rate_before = before.map_or(0.0, |before| last.rate_since(before));
+                    let next = self.sample(back - 1).filter(|_| back > 1);
+                    let rate_after = next.map_or(0.0, |next| next.rate_since(now));
+                    let sides = [
+                        between + last.part + rate_before * passed,
+                        between + part - rate_after * (time - at),
+                    ];
+                    sides.into_iter().for_each(|side| self.trace.push(at, side));
                 }
                 self.trace.push(time, smooth + part);
             }
         }
-        self.before = self.drawn.replace(now);
     }
 
     /// Converts the samples to a curve; see [`Trace::line`].
     pub fn line(mut self, label: &str, colour: usize, dashed: bool) -> Line {
-        if let Some(newest) = self.newest.take() {
-            self.draw(newest, None);
-        }
+        self.draw(1);
         self.trace.line(label, colour, dashed)
     }
 }

@@ -17,8 +17,9 @@ use std::ops::Range;
 use stiction_core::dynamics::InverseDynamics;
 use stiction_core::spatial::Pose;
 
-/// Smallest and largest number of samples in a chunk.
-const CHUNK: (usize, usize) = (16, 256);
+/// Smallest and largest number of samples in a chunk. Results of longer chunks exceed the caches of
+/// processors; shorter ones compute more start poses.
+const CHUNK: (usize, usize) = (16, 128);
 /// Largest work in a chunk: the number of bodies and joints times the number of samples. This limit
 /// bounds the memory of results that wait for earlier chunks.
 const WEIGHT: usize = 8192;

@@ -28,11 +28,12 @@ impl SingularityDistances {
         &mut self,
         index: SingularityIndex,
         rounded: f64,
-        vector: &mut Vec<Part>,
+        vector: &mut Vec<f64>,
     ) -> Option<f64> {
         if !self.prediction(index).extrapolate(vector) {
             return None;
         }
+        let vector: &mut [Part] = vector.as_chunks_mut().0;
         let quotient = self.square_of(index, vector);
         let below = self.prediction(index).bracket(quotient, rounded)?;
         let matrix = match index {

@@ -78,7 +78,7 @@ pub struct SingularityDistances {
     /// computed eigenvector.
     carried: Vec<Part>,
     /// Extrapolated eigenvector.
-    expected: Vec<Part>,
+    expected: Vec<f64>,
     lanczos: Lanczos,
     /// Column orders of the triangular factors for the actuation index and the constraint index.
     orders: [Option<ColumnOrder>; 2],
@@ -385,12 +385,12 @@ impl SingularityDistances {
             let [slot_a, slot_b, slot_ab] = self.body_slots[index];
             for (slot, on) in [(slot_a, on_a), (slot_b, on_b)] {
                 let Some(slot) = slot else { continue };
-                add_squares(matrix.block(slot).0, on);
+                add_squares(matrix.block(slot).0, on, BLOCK);
             }
             let Some(slot) = slot_ab else { continue };
             match matrix.block(slot) {
-                (block, true) => add_outer_products(block, on_b, on_a),
-                (block, false) => add_outer_products(block, on_a, on_b),
+                (block, true) => add_outer_products(block, on_b, on_a, BLOCK),
+                (block, false) => add_outer_products(block, on_a, on_b, BLOCK),
             }
         }
     }
@@ -412,10 +412,11 @@ impl SingularityDistances {
         matrix.clear();
         for Meeting { joints: [a, b], ends: [end_a, end_b], slot } in &self.joint_slots {
             let (on_a, on_b) = (&self.across[*a][*end_a], &self.across[*b][*end_b]);
+            let size = |joint: usize| self.joints[joint].constraints;
             match matrix.block(*slot) {
-                (block, _) if a == b => add_squares(block, on_a),
-                (block, true) => add_outer_products(block, on_b, on_a),
-                (block, false) => add_outer_products(block, on_a, on_b),
+                (block, _) if a == b => add_squares(block, on_a, size(*a)),
+                (block, true) => add_outer_products(block, on_b, on_a, size(*b)),
+                (block, false) => add_outer_products(block, on_a, on_b, size(*a)),
             }
         }
         for &(joint, end) in &self.hub_rows {

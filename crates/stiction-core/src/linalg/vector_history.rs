@@ -39,6 +39,11 @@ impl VectorHistory {
         true
     }
 
+    /// Returns the newest vector; `None` if the history is empty.
+    pub(crate) fn last(&self) -> Option<&[f64]> {
+        (self.count > 0).then_some(&*self.vectors[0])
+    }
+
     /// Clears the history but retains the allocated buffers.
     pub(crate) fn forget(&mut self) {
         self.count = 0;
