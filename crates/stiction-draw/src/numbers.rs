@@ -53,16 +53,17 @@ pub fn exact(out: &mut String, x: f64) {
 }
 
 /// Writes numbers as [`exact`], each after a comma, and the end of the line, from the byte `end` of
-/// `line` on. Returns the place after them; the bytes from there on have any values.
+/// `line` on. Returns the place after them; the bytes from there on are unspecified.
 pub fn finish_line(line: &mut Vec<u8>, mut end: usize, numbers: &[f64]) -> usize {
-    let room = end + (1 + ROOM) * numbers.len() + 1;
-    if line.len() < room {
-        line.resize(room, 0);
+    let longest = end + (1 + ROOM) * numbers.len() + 1;
+    if line.len() < longest {
+        line.resize(longest, 0);
     }
     let mut buffer = zmij::Buffer::new();
     for x in numbers {
         line[end] = b',';
         end += 1;
+        // There is room after every number.
         if let Some(room) = line[end..].first_chunk_mut() {
             end += put(room, digits(&mut buffer, *x), *x);
         }
@@ -84,7 +85,7 @@ fn digits(buffer: &mut zmij::Buffer, x: f64) -> &[u8] {
 }
 
 /// Writes the digits of the number `x` to the start of `room`, without an unnecessary decimal or
-/// plus sign. Returns the number of bytes. Digits have at most 25 bytes.
+/// plus sign. Returns the number of bytes.
 #[inline]
 fn put(room: &mut [u8; ROOM], digits: &[u8], x: f64) -> usize {
     let length = digits.len();

@@ -72,7 +72,7 @@ pub(crate) struct Tables<W: io::Write> {
     tables: Vec<W>,
     /// Time of the present row, with which the row of every table begins.
     time: String,
-    /// Present row of a table, at its start.
+    /// Buffer that begins with the present row of a table.
     line: Vec<u8>,
 }
 

@@ -133,7 +133,7 @@ pub(super) fn subtract_square(from: &mut Block, a: &Block, size: usize) {
     update_triangle(from, (a.iter().zip(a).take(size), BLOCK), |entry, product| entry - product);
 }
 
-/// Updates the first `size` rows of a block with the outer products of pairs of vectors.
+/// Updates the first `size` rows of a block, in pairs, with the outer products of pairs of vectors.
 #[inline(always)]
 fn update_block<'a>(
     block: &mut Block,
@@ -149,8 +149,8 @@ fn update_block<'a>(
     }
 }
 
-/// Updates the first `size` rows of the upper triangle of a block with the outer products of pairs
-/// of vectors.
+/// Updates the first `size` rows of the upper triangle of a block, in pairs, with the outer products
+/// of pairs of vectors.
 #[inline(always)]
 fn update_triangle<'a>(
     block: &mut Block,

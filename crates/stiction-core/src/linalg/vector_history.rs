@@ -44,6 +44,16 @@ impl VectorHistory {
         (self.count > 0).then_some(&*self.vectors[0])
     }
 
+    /// Returns the number of vectors.
+    pub(crate) fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Forgets all vectors but the newest.
+    pub(crate) fn keep_last(&mut self) {
+        self.count = self.count.min(1);
+    }
+
     /// Clears the history but retains the allocated buffers.
     pub(crate) fn forget(&mut self) {
         self.count = 0;

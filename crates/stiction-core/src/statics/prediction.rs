@@ -26,6 +26,8 @@ const UNCHECKED: f64 = 0.1;
 /// Error of the preceding predictions up to which the extrapolated eigenvector may be so accurate
 /// that an eigenvalue is found by [`Prediction::bracket`].
 const SMOOTH: f64 = 1e-5;
+/// Smallest number of eigenvectors from which another one is extrapolated.
+const FEWEST: usize = 3;
 /// Weight of the preceding configuration's eigenvector in the start vector, relative to the weight
 /// of a general vector. Because of the general vector, the iteration finds the smallest eigenvalue
 /// even if its eigenvector is orthogonal to the preceding one.
@@ -105,17 +107,22 @@ impl Prediction {
     }
 
     /// Writes the eigenvector that is expected at the next configuration to `vector`, extrapolated
-    /// from the preceding ones. Returns `false` if none is known or the motion is not smooth.
-    pub(super) fn extrapolate(&self, vector: &mut Vec<f64>) -> bool {
+    /// from the preceding ones. Returns `false` if too few are known, if the motion is not smooth, or
+    /// if the round-off of eigenvalues, `rounded`, does not permit a certain result.
+    pub(super) fn extrapolate(&self, rounded: f64, vector: &mut Vec<f64>) -> bool {
         let is_smooth = |missed: &Option<f64>| missed.is_some_and(|missed| missed <= SMOOTH);
+        let is_large = |last: f64| rounded <= 0.5 * CERTAIN * last;
         let length = self.vectors.last().map_or(0, <[f64]>::len);
-        self.missed.iter().all(is_smooth) && self.vectors.predict(length, vector)
+        self.missed.iter().all(is_smooth)
+            && self.last[0].is_some_and(is_large)
+            && self.vectors.count() >= FEWEST
+            && self.vectors.predict(length, vector)
     }
 
-    /// Returns a lower bound of the smallest eigenvalue that is expected to hold, from the Rayleigh
-    /// quotient `quotient` of the extrapolated vector, which is an upper bound. `None` if the
-    /// preceding quotients exceeded the eigenvalues by too much for a certain result. `rounded` is
-    /// the round-off of eigenvalues.
+    /// Returns a shift that is expected to lie below the smallest eigenvalue, from the Rayleigh
+    /// quotient `quotient` of the extrapolated vector, which lies above it. `None` if the preceding
+    /// quotients exceeded the eigenvalues by too much for a certain result. `rounded` is the
+    /// round-off of eigenvalues.
     pub(super) fn bracket(&mut self, quotient: f64, rounded: f64) -> Option<f64> {
         self.quotient = Some(quotient);
         let [Some(last), Some(before)] = self.excess else { return None };
@@ -127,9 +134,9 @@ impl Prediction {
     /// Adds the smallest eigenvalue and its eigenvector at the next configuration, and computes the
     /// errors of the predictions.
     pub(super) fn add(&mut self, eigenvalue: f64, vector: &[Part]) {
-        let over = |value: f64| ((value - eigenvalue) / eigenvalue).abs();
-        self.excess = [self.quotient.take().map(over), self.excess[0]];
-        let missed = self.expected().map(|expected| ((eigenvalue - expected) / eigenvalue).abs());
+        let relative_error = |value: f64| ((value - eigenvalue) / eigenvalue).abs();
+        self.excess = [self.quotient.take().map(relative_error), self.excess[0]];
+        let missed = self.expected().map(relative_error);
         self.missed = [missed, self.missed[0]];
         self.last = [Some(eigenvalue), self.last[0], self.last[1]];
         let flat = vector.as_flattened();
@@ -146,6 +153,7 @@ impl Prediction {
     /// extrapolated one.
     pub(super) fn expect(&mut self, eigenvalue: f64) {
         self.last = [Some(eigenvalue), None, None];
+        self.vectors.keep_last();
         (self.quotient, self.excess) = (None, [None; 2]);
     }
 

@@ -127,15 +127,14 @@ impl JumpTrace {
     }
 
     /// Returns the last sample (`back` is 1) or an earlier one; `None` before the first one.
-    fn sample(&self, back: usize) -> Option<&Sample> {
-        let index = self.count.checked_sub(back)?;
-        self.recent.get(index % 4)
+    fn sample(&self, back: usize) -> Option<Sample> {
+        Some(self.recent[self.count.checked_sub(back)? % 4])
     }
 
     /// Draws a sample, of which `back` is the place from the end as in [`Self::sample`].
     fn draw(&mut self, back: usize) {
         let Some(now) = self.sample(back) else { return };
-        let &Sample { time, smooth, part, rests, reversal } = now;
+        let Sample { time, smooth, part, rests, reversal } = now;
         let Some(last) = self.sample(back + 1) else {
             if !rests {
                 self.trace.push(time, smooth + part);
@@ -148,8 +147,7 @@ impl JumpTrace {
             (false, true) => self.trace.push(time, smooth + last.part),
             (true, true) => self.trace.interrupt(),
             (true, false) => {
-                let start = (last.time, last.smooth + part);
-                self.trace.push(start.0, start.1);
+                self.trace.push(last.time, last.smooth + part);
                 self.trace.push(time, smooth + part);
             }
             (false, false) => {
@@ -158,14 +156,11 @@ impl JumpTrace {
                     let between =
                         last.smooth + (smooth - last.smooth) * passed / (time - last.time);
                     let before = self.sample(back + 2);
-                    let rate_before = before.map_or(0.0, |before| last.rate_since(before));
-                    let next = self.sample(back - 1).filter(|_| back > 1);
-                    let rate_after = next.map_or(0.0, |next| next.rate_since(now));
-                    let sides = [
-                        between + last.part + rate_before * passed,
-                        between + part - rate_after * (time - at),
-                    ];
-                    sides.into_iter().for_each(|side| self.trace.push(at, side));
+                    let next = if back > 1 { self.sample(back - 1) } else { None };
+                    let rate_before = before.map_or(0.0, |before| last.rate_since(&before));
+                    let rate_after = next.map_or(0.0, |next| next.rate_since(&now));
+                    self.trace.push(at, between + last.part + rate_before * passed);
+                    self.trace.push(at, between + part - rate_after * (time - at));
                 }
                 self.trace.push(time, smooth + part);
             }

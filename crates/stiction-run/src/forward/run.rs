@@ -206,7 +206,7 @@ impl Job<'_> {
             joints.clear();
             joints.extend(dofs.iter().map(|f| simulation.joint_motion(f.joint, f.index)));
             acting.reference_poses(time, &tracked, &mut reference_poses);
-            let numbers = simulation.numbers();
+            let numbers = simulation.checkpoint_numbers();
             let now = simulation.instant();
             let sample = Sample {
                 forward,
@@ -225,9 +225,9 @@ impl Job<'_> {
             figures.payload_changes = changed;
             done += 1;
             last = time;
-            let bare = || RunCheckpoint {
+            let bare = |numbers: Vec<f64>| RunCheckpoint {
                 samples: done,
-                simulation: numbers.clone(),
+                simulation: numbers,
                 inputs: acting.save(),
                 figures,
                 events: Vec::new(),
@@ -235,10 +235,10 @@ impl Job<'_> {
             let make = || {
                 let events = before.iter().chain(simulation.recorded_events());
                 let events = events.cloned().collect();
-                RunCheckpoint { events, ..bare() }
+                RunCheckpoint { events, ..bare(numbers.clone()) }
             };
             receive(&sample, &make).map_err(Error::Receiver)?;
-            kept = Some((bare(), before.len() + simulation.recorded_events().len()));
+            kept = Some((bare(numbers), before.len() + simulation.recorded_events().len()));
             if matches!(ending, Ending::Stopped(_)) {
                 break;
             }

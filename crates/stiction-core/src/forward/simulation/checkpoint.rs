@@ -131,11 +131,11 @@ impl<'a> Simulation<'a> {
     /// steps. Inputs must save their own state at the start of the step, see
     /// [`Inputs::begin_step`](crate::forward::Inputs::begin_step).
     pub fn checkpoint(&mut self) -> Checkpoint {
-        Checkpoint { numbers: self.numbers(), events: self.recorded_events().to_vec() }
+        Checkpoint { numbers: self.checkpoint_numbers(), events: self.recorded_events().to_vec() }
     }
 
-    /// Returns the numbers of [`Self::checkpoint`].
-    pub fn numbers(&mut self) -> Vec<f64> {
+    /// Returns the numbers of [`Self::checkpoint`], without a copy of the events.
+    pub fn checkpoint_numbers(&mut self) -> Vec<f64> {
         let mut numbers = Vec::with_capacity(1 + self.last_step.numbers.len());
         numbers.push(FORMAT);
         match self.last_step.shows {
@@ -165,6 +165,7 @@ impl<'a> Simulation<'a> {
         bodies.move_with(topology, &state.rates);
     }
 
+    /// Writes the state to a tape, or reads it. Writing does not change a valid state.
     pub(super) fn pass(&mut self, tape: &mut Tape<'_>) {
         let now = &mut self.now;
         tape.number(&mut now.time);

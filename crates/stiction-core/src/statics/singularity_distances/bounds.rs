@@ -4,10 +4,6 @@ use super::{SMALL, SingularityDistances, SingularityIndex};
 use crate::kinematics::Bodies;
 use crate::parameters::Parameters;
 
-/// Round-off of a Gram matrix and of its decomposition, relative to the square of the largest entry
-/// of the balance matrix, with a margin.
-const ROUNDED: f64 = 1e-11;
-
 impl SingularityDistances {
     /// Returns `true` if the index `index` certainly exceeds `value` at the configuration of
     /// `bodies`. The index exceeds the value if the Gram matrix, less the square of the value times
@@ -24,7 +20,7 @@ impl SingularityDistances {
         if value.is_nan() || value <= SMALL * largest {
             return false;
         }
-        let by = value * value + ROUNDED * largest * largest;
+        let by = value * value + self.round_off(largest);
         let matrix = match index {
             SingularityIndex::Actuation => {
                 self.multiply_between_bodies();

@@ -5,9 +5,9 @@ use super::inverse_iteration::length_squared;
 use super::{Content, SingularityDistances, SingularityIndex};
 use crate::linalg::{BLOCK, Part, dot};
 
-/// Round-off of a Gram matrix and of its decomposition, relative to the square of the largest entry
-/// of the balance matrix: about 1e-15, with a margin.
-const ROUNDED: f64 = 1e-12;
+/// Relative amount by which round-off may raise the quotient of the solution above that of the
+/// extrapolated vector.
+const RAISED: f64 = 1e-13;
 
 impl SingularityDistances {
     /// Computes an index at the configuration set by [`Self::place`] with a single solution of the
@@ -18,19 +18,21 @@ impl SingularityDistances {
         index: SingularityIndex,
         largest: f64,
     ) -> Option<f64> {
-        let mut vector = core::mem::take(&mut self.expected);
-        let found = self.improve(index, ROUNDED * largest * largest, &mut vector);
-        self.expected = vector;
+        let mut vector = core::mem::take(&mut self.vector);
+        let found = self.enclose(index, self.round_off(largest), &mut vector);
+        self.vector = vector;
         found
     }
 
-    fn improve(
+    /// Computes the index as [`Self::smallest_in_bracket`], with `vector` as the buffer of the
+    /// eigenvector. `rounded` is the round-off of eigenvalues.
+    fn enclose(
         &mut self,
         index: SingularityIndex,
         rounded: f64,
         vector: &mut Vec<f64>,
     ) -> Option<f64> {
-        if !self.prediction(index).extrapolate(vector) {
+        if !self.prediction(index).extrapolate(rounded, vector) {
             return None;
         }
         let vector: &mut [Part] = vector.as_chunks_mut().0;
@@ -54,14 +56,14 @@ impl SingularityDistances {
         matrix.solve(vector);
         let square = self.square_of(index, vector);
         // A quotient above that of the extrapolated vector, or NaN, indicates a failure.
-        let is_below = square <= quotient + rounded;
+        let is_below = square <= quotient * (1.0 + RAISED);
         if is_below {
             self.prediction(index).add(square, vector);
         }
         is_below.then(|| square.sqrt())
     }
 
-    /// Rayleigh quotient of `vector` with the Gram matrix of an index.
+    /// Returns the Rayleigh quotient of `vector` with the Gram matrix of an index.
     fn square_of(&mut self, index: SingularityIndex, vector: &[Part]) -> f64 {
         match index {
             SingularityIndex::Actuation => square_of_motion(&self.joints, &self.on, vector),
@@ -72,7 +74,7 @@ impl SingularityDistances {
     }
 }
 
-/// Rayleigh quotient of twists of the bodies: sum of the squared powers of all unit wrenches `on`
+/// Returns the Rayleigh quotient of twists of the bodies: the sum of the squared powers of all unit wrenches `on`
 /// the bodies, divided by the square of the twists. Unlike the Gram matrix, the balance matrix itself
 /// has all digits.
 pub(super) fn square_of_motion(
@@ -92,7 +94,7 @@ pub(super) fn square_of_motion(
     square / length_squared(motion)
 }
 
-/// Rayleigh quotient of multipliers `stress` of the constraints: square of the resultants on all
+/// Returns the Rayleigh quotient of multipliers `stress` of the constraints: the square of the resultants on all
 /// bodies, divided by the square of the multipliers. The resultants are written to `carried`.
 pub(super) fn square_of_stress(
     joints: &[Content],

@@ -39,6 +39,11 @@ const SMALL: f64 = 1e-4;
 /// because they are of the order of round-off.
 const TINY: f64 = 1e-12;
 
+/// Round-off of a Gram matrix and of its Cholesky decomposition for each row, relative to the square
+/// of the largest entry of the balance matrix: usually the precision of the numbers, with a margin,
+/// because bounds of the error contain the number of rows twice (Higham 2002, theorem 10.3).
+const ROUNDED: f64 = 2e-14;
+
 /// Number of joints of one body from which their pairs have no blocks in the Gram matrix of the
 /// constraints.
 const MANY: usize = 7;
@@ -77,8 +82,8 @@ pub struct SingularityDistances {
     /// Resultant of the constraint wrenches on each body, for constraint multipliers equal to the
     /// computed eigenvector.
     carried: Vec<Part>,
-    /// Extrapolated eigenvector.
-    expected: Vec<f64>,
+    /// Buffer for an extrapolated eigenvector.
+    vector: Vec<f64>,
     lanczos: Lanczos,
     /// Column orders of the triangular factors for the actuation index and the constraint index.
     orders: [Option<ColumnOrder>; 2],
@@ -202,7 +207,7 @@ impl SingularityDistances {
             actuation: Prediction::default(),
             constraint: Prediction::default(),
             carried: vec![[0.0; BLOCK]; bodies],
-            expected: Vec::new(),
+            vector: Vec::new(),
             lanczos: Lanczos::default(),
             orders: [None, None],
         })
@@ -246,6 +251,12 @@ impl SingularityDistances {
                 SingularityIndex::Constraint => distances.constraint,
             }
         })
+    }
+
+    /// Returns the round-off of the eigenvalues of Gram matrices with the largest entry `largest` of
+    /// the scaled balance matrix.
+    fn round_off(&self, largest: f64) -> f64 {
+        ROUNDED * (BLOCK * self.bodies) as f64 * largest * largest
     }
 
     /// Computes an index at the configuration set by [`Self::place`]. `largest` is the largest
