@@ -34,8 +34,8 @@ DIFFERENCE = 0.3
 SAMPLES = (11, 31, 127, 509, 1987)
 #: greatest number of bodies for the other engines
 OTHERS = 301
-#: simulated times, s
-DURATIONS = (0.001, 0.1, 0.3, 1.0)
+#: simulated times, s; later, large platforms pass singular positions, near which an evaluation takes longer
+DURATIONS = (0.001, 0.1, 0.3)
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,9 @@ class Model:
 
     def evaluation(self) -> float:
         arguments = ["--motion", "swing", "--drives", "none", "--friction", "off"]
-        method = ["--method", "event-driven", "--tolerance", "1e-8", "--step", "1"]
+        # Platforms take few steps, so that their times would be lost in the noise.
+        tolerance = "1e-12" if self.family.name == "legs" else "1e-8"
+        method = ["--method", "event-driven", "--tolerance", tolerance, "--step", "1"]
         durations = [repr(duration) for duration in DURATIONS]
         return self.difference("forward", arguments + method, "--until", durations, ["verdicts", "evaluations"])
 
