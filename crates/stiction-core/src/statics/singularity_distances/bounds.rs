@@ -21,16 +21,7 @@ impl SingularityDistances {
             return false;
         }
         let by = value * value + self.round_off(largest);
-        let matrix = match index {
-            SingularityIndex::Actuation => {
-                self.multiply_between_bodies();
-                &mut self.by_bodies
-            }
-            SingularityIndex::Constraint => {
-                self.multiply_between_joints();
-                &mut self.by_joints
-            }
-        };
+        let matrix = self.gram_matrix(index);
         matrix.shift(by);
         matrix.factor()
     }

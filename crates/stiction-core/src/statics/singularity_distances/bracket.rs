@@ -38,16 +38,7 @@ impl SingularityDistances {
         let vector: &mut [Part] = vector.as_chunks_mut().0;
         let quotient = self.square_of(index, vector);
         let below = self.prediction(index).bracket(quotient, rounded)?;
-        let matrix = match index {
-            SingularityIndex::Actuation => {
-                self.multiply_between_bodies();
-                &mut self.by_bodies
-            }
-            SingularityIndex::Constraint => {
-                self.multiply_between_joints();
-                &mut self.by_joints
-            }
-        };
+        let matrix = self.gram_matrix(index);
         matrix.shift(below);
         // The decomposition exists only if all eigenvalues are above the shift.
         if !matrix.factor() {
@@ -64,7 +55,7 @@ impl SingularityDistances {
     }
 
     /// Returns the Rayleigh quotient of `vector` with the Gram matrix of an index.
-    fn square_of(&mut self, index: SingularityIndex, vector: &[Part]) -> f64 {
+    pub(super) fn square_of(&mut self, index: SingularityIndex, vector: &[Part]) -> f64 {
         match index {
             SingularityIndex::Actuation => square_of_motion(&self.joints, &self.on, vector),
             SingularityIndex::Constraint => {
@@ -74,14 +65,10 @@ impl SingularityDistances {
     }
 }
 
-/// Returns the Rayleigh quotient of twists of the bodies: the sum of the squared powers of all unit wrenches `on`
-/// the bodies, divided by the square of the twists. Unlike the Gram matrix, the balance matrix itself
-/// has all digits.
-pub(super) fn square_of_motion(
-    joints: &[Content],
-    on: &[[[Part; BLOCK]; 2]],
-    motion: &[Part],
-) -> f64 {
+/// Returns the Rayleigh quotient of twists of the bodies: the sum of the squared powers of all unit
+/// wrenches `on` the bodies, divided by the square of the twists. The balance matrix itself is used,
+/// because the Gram matrix has fewer accurate digits.
+fn square_of_motion(joints: &[Content], on: &[[[Part; BLOCK]; 2]], motion: &[Part]) -> f64 {
     let mut square = 0.0;
     for (joint, on) in joints.iter().zip(on) {
         let [a, b] = joint.ends.map(|end| end.checked_sub(1).map(|body| &motion[body]));
@@ -94,9 +81,10 @@ pub(super) fn square_of_motion(
     square / length_squared(motion)
 }
 
-/// Returns the Rayleigh quotient of multipliers `stress` of the constraints: the square of the resultants on all
-/// bodies, divided by the square of the multipliers. The resultants are written to `carried`.
-pub(super) fn square_of_stress(
+/// Returns the Rayleigh quotient of multipliers `stress` of the constraints: the square of the
+/// resultants on all bodies, divided by the square of the multipliers. The resultants are written to
+/// `carried`.
+fn square_of_stress(
     joints: &[Content],
     on: &[[[Part; BLOCK]; 2]],
     (stress, carried): (&[Part], &mut [Part]),

@@ -27,7 +27,6 @@ use crate::linalg::{
 use crate::mechanism::Mechanism;
 use crate::parameters::Parameters;
 use crate::spatial::Wrench;
-use bracket::{square_of_motion, square_of_stress};
 use inverse_iteration::{shift_below, weakest};
 use travel::{Changes, Kinds, Places};
 
@@ -265,10 +264,9 @@ impl SingularityDistances {
     fn smallest(&mut self, index: SingularityIndex, largest: f64) -> Option<f64> {
         let prediction = self.prediction(index);
         if !prediction.is_below(SMALL * largest) {
-            let found = self.smallest_in_bracket(index, largest).or_else(|| match index {
-                SingularityIndex::Actuation => self.smallest_between_bodies(),
-                SingularityIndex::Constraint => self.smallest_between_joints(),
-            });
+            let found = self
+                .smallest_in_bracket(index, largest)
+                .or_else(|| self.smallest_by_iteration(index));
             if let Some(value) = found.filter(|value| *value > SMALL * largest) {
                 return Some(value);
             }
@@ -297,30 +295,70 @@ impl SingularityDistances {
         Distances::of_square(&NewtonEuler::new(mechanism, parameters, bodies), &types)
     }
 
-    /// Computes the actuation index from constraints and actuators together; `None` if inverse
-    /// iteration fails.
-    fn smallest_between_bodies(&mut self) -> Option<f64> {
-        let near = self.actuation.shift();
-        let found = near.and_then(|shift| self.smallest_between_bodies_at(shift));
-        found.or_else(|| self.smallest_between_bodies_at(Shift::NONE)).or_else(|| {
-            self.multiply_between_bodies();
-            let shift = shift_below(&mut self.by_bodies)?;
-            self.smallest_between_bodies_at(shift)
+    /// Computes an index at the configuration set by [`Self::place`] by inverse iteration with its
+    /// Gram matrix: the actuation index from constraints and actuators together, the constraint index
+    /// from the constraints alone. Returns `None` if the iteration fails.
+    fn smallest_by_iteration(&mut self, index: SingularityIndex) -> Option<f64> {
+        if index == SingularityIndex::Constraint
+            && self.joints.iter().all(|joint| joint.constraints == 0)
+        {
+            return Some(1.0);
+        }
+        let near = self.prediction(index).shift();
+        let found = near.and_then(|shift| self.smallest_at(index, shift));
+        found.or_else(|| self.smallest_at(index, Shift::NONE)).or_else(|| {
+            let shift = shift_below(self.gram_matrix(index))?;
+            self.smallest_at(index, shift)
         })
     }
 
-    /// Computes the constraint index from the constraints alone; `None` if inverse iteration fails.
-    fn smallest_between_joints(&mut self) -> Option<f64> {
-        if self.joints.iter().all(|joint| joint.constraints == 0) {
-            return Some(1.0);
+    /// Computes an index as [`Self::smallest_by_iteration`], with the given shift of the matrix.
+    fn smallest_at(&mut self, index: SingularityIndex, shift: Shift) -> Option<f64> {
+        let mut lanczos = core::mem::take(&mut self.lanczos);
+        let found = self.smallest_with(&mut lanczos, index, shift);
+        self.lanczos = lanczos;
+        found
+    }
+
+    /// Computes an index as [`Self::smallest_at`], with `lanczos` as the buffers of the iteration.
+    fn smallest_with(
+        &mut self,
+        lanczos: &mut Lanczos,
+        index: SingularityIndex,
+        shift: Shift,
+    ) -> Option<f64> {
+        self.gram_matrix(index);
+        let vector = match index {
+            SingularityIndex::Actuation => {
+                let start = self.actuation.start((0..self.bodies).map(|_| BLOCK));
+                weakest(&mut self.by_bodies, lanczos, start, shift)?
+            }
+            SingularityIndex::Constraint => {
+                let sizes = self.joints.iter().map(|joint| joint.constraints);
+                let start = self.constraint.start(sizes);
+                weakest(&mut self.by_joints, lanczos, start, shift)?
+            }
+        };
+        let square = self.square_of(index, vector);
+        if !shift.is_certain(square) {
+            return None;
         }
-        let near = self.constraint.shift();
-        let found = near.and_then(|shift| self.smallest_between_joints_at(shift));
-        found.or_else(|| self.smallest_between_joints_at(Shift::NONE)).or_else(|| {
-            self.multiply_between_joints();
-            let shift = shift_below(&mut self.by_joints)?;
-            self.smallest_between_joints_at(shift)
-        })
+        self.prediction(index).add(square, vector);
+        Some(square.sqrt())
+    }
+
+    /// Computes the Gram matrix of an index at the configuration set by [`Self::place`].
+    fn gram_matrix(&mut self, index: SingularityIndex) -> &mut BlockCholesky {
+        match index {
+            SingularityIndex::Actuation => {
+                self.multiply_between_bodies();
+                &mut self.by_bodies
+            }
+            SingularityIndex::Constraint => {
+                self.multiply_between_joints();
+                &mut self.by_joints
+            }
+        }
     }
 
     /// Returns the largest magnitude of an entry of the scaled balance matrix at the configuration
@@ -371,20 +409,6 @@ impl SingularityDistances {
         }
     }
 
-    /// Computes the actuation index by inverse iteration with the shifted matrix.
-    fn smallest_between_bodies_at(&mut self, shift: Shift) -> Option<f64> {
-        self.multiply_between_bodies();
-        let all = (0..self.bodies).map(|_| BLOCK);
-        let start = self.actuation.start(all);
-        let motion = weakest(&mut self.by_bodies, &mut self.lanczos, start, shift)?;
-        let square = square_of_motion(&self.joints, &self.on, motion);
-        if !shift.is_certain(square) {
-            return None;
-        }
-        self.actuation.add(square, motion);
-        Some(square.sqrt())
-    }
-
     /// Computes the Gram matrix of constraints and actuators with one block row for each body, at
     /// the configuration set by [`Self::place`].
     fn multiply_between_bodies(&mut self) {
@@ -433,19 +457,5 @@ impl SingularityDistances {
         for &(joint, end) in &self.hub_rows {
             matrix.set_hub_row(joint, &self.across[joint][end]);
         }
-    }
-
-    /// Computes the constraint index by inverse iteration with the shifted matrix.
-    fn smallest_between_joints_at(&mut self, shift: Shift) -> Option<f64> {
-        self.multiply_between_joints();
-        let sizes = self.joints.iter().map(|joint| joint.constraints);
-        let start = self.constraint.start(sizes);
-        let stress = weakest(&mut self.by_joints, &mut self.lanczos, start, shift)?;
-        let square = square_of_stress(&self.joints, &self.on, (stress, &mut self.carried));
-        if !shift.is_certain(square) {
-            return None;
-        }
-        self.constraint.add(square, stress);
-        Some(square.sqrt())
     }
 }

@@ -186,9 +186,9 @@ fn the_smallest_of_many_close_values_is_found() {
     let (parameters, bodies) = (solver.parameters(), solver.bodies());
     let mut proximity = SingularityDistances::new(solver.mechanism()).unwrap();
     proximity.place(parameters, bodies);
-    assert!(proximity.smallest_between_joints_at(Shift::NONE).is_none());
-    let found = proximity.smallest_between_joints().unwrap();
     let index = SingularityIndex::Constraint;
+    assert!(proximity.smallest_at(index, Shift::NONE).is_none());
+    let found = proximity.smallest_by_iteration(index).unwrap();
     assert!(proximity.exceeds(index, found * (1.0 - 1e-8), (parameters, bodies)), "{found}");
     assert!(!proximity.exceeds(index, found * (1.0 + 1e-8), (parameters, bodies)), "{found}");
 }
