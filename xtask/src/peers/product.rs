@@ -1,8 +1,8 @@
 //! Cost of one sample of the commands that users type, relative to the cost of our recorded program
 //! for one state.
 //!
-//! A command runs with few and with many samples, so that the difference of the times does not
-//! contain the start of the program. Rounds of commands alternate with batches of the recorded
+//! A command runs with few and with many samples, so that the difference of the processor times does
+//! not contain the start of the program. Rounds of commands alternate with batches of the recorded
 //! program, as for the engines.
 
 use super::Trouble;
@@ -12,7 +12,7 @@ use serde_json::{Map, Value, json};
 use std::io::ErrorKind;
 use std::path::Path;
 use std::process::{Command, Stdio};
-use std::time::Instant;
+use std::time::Duration;
 
 /// Number of rounds; the smallest time of each command is the result.
 const ROUNDS: usize = 7;
@@ -103,9 +103,10 @@ impl Case {
                 {
                     return Err(Trouble::Failed(format!("{}: {error}", folder.display())));
                 }
-                let begun = Instant::now();
+                let before = children_time();
                 samples[k] = self.run(programs, self.steps[k], &folder)?;
-                times[k] = times[k].min(begun.elapsed().as_secs_f64() * 1e9);
+                let taken = children_time().saturating_sub(before);
+                times[k] = times[k].min(taken.as_secs_f64() * 1e9);
             }
         }
         let sample = (times[1] - times[0]) / (samples[1] - samples[0]);
@@ -131,6 +132,26 @@ impl Case {
             .and_then(|summary: Value| summary["options"]["samples"].as_f64());
         samples.ok_or_else(|| Trouble::Failed(format!("`inverse {}` has no samples", self.model)))
     }
+}
+
+/// Returns the processor time, user and system, of all child processes that have ended. Waiting for
+/// the disk is not part of it.
+#[cfg(unix)]
+fn children_time() -> Duration {
+    use nix::sys::resource::{UsageWho, getrusage};
+    use nix::sys::time::TimeValLike;
+    let usage = getrusage(UsageWho::RUSAGE_CHILDREN);
+    let time =
+        usage.map_or(0, |usage| (usage.user_time() + usage.system_time()).num_microseconds());
+    Duration::from_micros(time.unsigned_abs())
+}
+
+/// Returns the time since the first call, because the processor time of child processes is unknown.
+#[cfg(not(unix))]
+fn children_time() -> Duration {
+    use std::{sync::LazyLock, time::Instant};
+    static BEGUN: LazyLock<Instant> = LazyLock::new(Instant::now);
+    BEGUN.elapsed()
 }
 
 fn quiet_output(command: &mut Command) -> Result<String, Trouble> {
@@ -166,8 +187,9 @@ pub(crate) fn json(products: &[Product]) -> Value {
 }
 
 pub(crate) fn text(products: &[Product]) -> String {
-    let mut text =
-        format!("\ncommands: least time of a sample, and its ratio to that of {PROGRAM}\n");
+    let mut text = format!(
+        "\ncommands: least processor time of a sample, and its ratio to the time of {PROGRAM}\n"
+    );
     for Product { model, ratio, sample, program } in products {
         let (name, time) = (format!("{model} {ratio}"), sample / 1e3);
         text += &format!("  {name:<40} {time:>8.2} us {:>8.1}\n", sample / program);
