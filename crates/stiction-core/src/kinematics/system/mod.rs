@@ -8,15 +8,23 @@
 //!
 //! Equation (K4) of the book's theory.
 
+mod errors;
+mod planning;
+mod responses;
+mod right_sides;
+
+pub(crate) use errors::closure_error;
+pub(crate) use planning::column_scales;
+
 use super::bodies::{Bodies, State};
 use super::coordinate::{Coordinate, Target};
 use super::measure;
 use super::model::KinematicModel;
 use super::motion_constraints::MotionConstraints;
 use super::rotation_vector::{Orientation, RotationVector};
-use crate::linalg::{Entry, Plan, RankDeficient, Scales, SparseMatrix, StaticLu};
+use crate::linalg::StaticLu;
 use crate::parameters::Parameters;
-use crate::scalar::{Lanes, Scalar};
+use crate::scalar::Scalar;
 use crate::spatial::{Vec3, Wrench};
 use crate::topology::{Cut, Topology};
 
@@ -29,17 +37,6 @@ fn reference_orientation<T: Scalar>(targets: &[Target<T>], places: [usize; 3]) -
         Vec3::new(x.rate, y.rate, z.rate),
         Vec3::new(x.acceleration, y.acceleration, z.acceleration),
     )
-}
-
-/// Returns the scale factors of the columns: `length` (m) for translations and 1 for rotations. The
-/// factors make rates of lengths and rates of angles comparable.
-pub(crate) fn column_scales(topology: &Topology, length: f64) -> Vec<f64> {
-    let translates = |tree_dof: &crate::topology::TreeDof| topology.tree_dof_translates(tree_dof);
-    topology
-        .tree_dofs
-        .iter()
-        .map(|tree_dof| if translates(tree_dof) { length } else { 1.0 })
-        .collect()
 }
 
 /// Motion of all bodies at one instant, with the buffers of the linear system that determines this
@@ -94,50 +91,10 @@ impl<T: Scalar> Kinematics<T> {
         }
     }
 
-    /// Returns the largest error over all cut joints and gearings, m. Angular errors are multiplied
-    /// by `length` (m).
-    pub(crate) fn closure_error(&self, motion_constraints: &MotionConstraints, length: f64) -> f64 {
-        let errors = self.errors[..self.closures].iter().zip(&motion_constraints.rows);
-        largest_in_metres(errors.map(|(error, row)| (error.largest(), row.is_angle)), length)
-    }
-
-    /// Returns the largest magnitude of the errors of loop closure and of the deviations from
-    /// prescribed coordinates, m or rad.
-    pub fn largest_error(&self) -> f64 {
-        largest(&self.errors)
-    }
-
-    /// Returns the largest error of any row, with lengths divided by `length` and angles in rad.
-    /// NaN if any error is NaN.
-    pub(crate) fn scaled_error(&self, constraints: &MotionConstraints, length: f64) -> f64 {
-        let rows = self.errors.iter().zip(&constraints.rows);
-        let errors = rows.map(|(error, row)| {
-            let size = error.largest();
-            if row.is_angle { size } else { size / length }
-        });
-        errors.fold(0.0, |max, e| if e > max || e.is_nan() { e } else { max })
-    }
-
-    /// Yields the errors of all rows in row order, with lengths divided by `length` and angles in
-    /// rad.
-    pub fn scaled_errors<'a>(
-        &'a self,
-        constraints: &'a MotionConstraints,
-        length: f64,
-    ) -> impl Iterator<Item = T> + 'a {
-        let scales = constraints.row_scales(length);
-        self.errors.iter().zip(scales).map(|(error, scale)| *error * T::from_f64(scale))
-    }
-
     /// Returns the reciprocal pivots of the last factorisation of the rate equations, in the order
     /// of elimination.
     pub(crate) fn reciprocal_pivots(&self, model: &KinematicModel) -> Vec<T> {
         model.rates.pivots().map(|place| self.factors[place]).collect()
-    }
-
-    /// Returns the errors of all rows in row order, m or rad.
-    pub(super) fn errors(&self) -> &[T] {
-        &self.errors
     }
 
     /// Computes the poses of the bodies, and the errors and wrenches of all rows, for the given
@@ -415,96 +372,6 @@ impl<T: Scalar> Kinematics<T> {
         }
     }
 
-    /// Sets the right-hand side for the rates of the spanning tree: zero for loops, gearings and
-    /// passive spins, and the prescribed rates for the prescribed coordinates.
-    pub(super) fn right_of_rates(
-        &mut self,
-        motion_constraints: &MotionConstraints,
-        targets: &[Target<T>],
-    ) {
-        let closures = self.closures;
-        self.right.fill(T::zero());
-        let coordinates =
-            motion_constraints.coordinates.iter().zip(&motion_constraints.orientations);
-        let coordinates = coordinates.zip(targets);
-        for (right, ((&coordinate, &orientation), target)) in
-            self.right[closures..].iter_mut().zip(coordinates)
-        {
-            *right = match (coordinate, orientation) {
-                (Coordinate::RotationVector { axis, .. }, Some(places)) => {
-                    reference_orientation(targets, places).rate.component(axis)
-                }
-                _ => target.rate,
-            };
-        }
-    }
-
-    /// Returns the right-hand side of the system as last set, one value for each row.
-    pub(super) fn right_hand_side(&self) -> &[T] {
-        &self.right
-    }
-
-    /// Sets the right-hand side for the accelerations of the spanning tree: prescribed
-    /// accelerations (zero for loops, gearings and passive spins), minus the velocity terms of the
-    /// second derivatives.
-    pub(super) fn right_of_accelerations(
-        &mut self,
-        topology: &Topology,
-        parameters: &Parameters<T>,
-        motion_constraints: &MotionConstraints,
-        targets: &[Target<T>],
-    ) {
-        let mut row = 0;
-        for cut in &topology.cuts {
-            let (predecessor, successor) = topology.ends[cut.joint];
-            let bias = &self.bodies.bias;
-            let own = self.bodies.joint_bias(topology, parameters, cut.joint);
-            let open = bias[successor] - bias[predecessor] - own;
-            for _ in topology.joint_types[cut.joint].constraints() {
-                self.right[row] = -open.power(self.covectors[row]);
-                row += 1;
-            }
-        }
-        for _ in &topology.gearings {
-            self.right[row] = T::zero();
-            row += 1;
-        }
-        let coordinates =
-            motion_constraints.coordinates.iter().zip(&motion_constraints.orientations);
-        let mut angles = None;
-        for ((&coordinate, &orientation), target) in coordinates.zip(targets) {
-            let covector = self.covectors[row];
-            self.right[row] = match (coordinate, orientation) {
-                (Coordinate::RotationVector { body, axis }, Some(places)) => {
-                    reference_orientation(targets, places).acceleration.component(axis)
-                        - self.bodies.bias[body.0].power(covector)
-                }
-                _ => {
-                    let at = (&self.bodies, &mut angles);
-                    target.acceleration
-                        - measure::bias(coordinate, topology, parameters, at, covector)
-                }
-            };
-            row += 1;
-        }
-        for spin in &motion_constraints.spins {
-            self.right[row] = -self.bodies.bias[spin.body.0].power(self.covectors[row]);
-            row += 1;
-        }
-    }
-
-    /// Computes the velocity terms of the second derivatives of the loop errors, one for each
-    /// equation of loops and gearings. The twists of the bodies must be up to date.
-    pub(super) fn closure_biases(
-        &mut self,
-        topology: &Topology,
-        parameters: &Parameters<T>,
-        motion_constraints: &MotionConstraints,
-    ) -> Vec<T> {
-        self.right_of_accelerations(topology, parameters, motion_constraints, &[]);
-        self.right[..self.closures].iter().map(|right| -*right).collect()
-    }
-
     /// Returns the sign of the determinant of the system at the last factorisation by
     /// [`Self::differentiate`] or [`Self::factor_here`]. The elimination order determines a
     /// constant factor, 1 or -1.
@@ -520,145 +387,4 @@ impl<T: Scalar> Kinematics<T> {
         let mut factors = vec![T::zero(); program.values()];
         fits.then(|| program.factor(&self.entries, &mut factors))
     }
-
-    /// Computes the rates of the spanning tree for a unit rate of one prescribed coordinate and
-    /// zero rates of all other prescribed coordinates and spins. Call [`Self::differentiate`]
-    /// before.
-    pub(crate) fn response_to_coordinate(
-        &mut self,
-        model: &KinematicModel,
-        coordinate: usize,
-        rates: &mut [T],
-    ) {
-        debug_assert!(coordinate < model.constraints.coordinates().len());
-        self.right.fill(T::zero());
-        self.right[self.closures + coordinate] = T::one();
-        self.solve(&model.constraints, &model.rates, rates);
-    }
-
-    /// Computes the accelerations of the spanning tree for a unit acceleration of one passive spin,
-    /// with zero accelerations of all other spins and prescribed coordinates and without velocity
-    /// terms. Call [`Self::differentiate`] before.
-    pub(crate) fn response_to_spin(
-        &mut self,
-        model: &KinematicModel,
-        spin: usize,
-        accelerations: &mut [T],
-    ) {
-        let constraints = &model.constraints;
-        self.right.fill(T::zero());
-        self.right[constraints.rows.len() - constraints.spins.len() + spin] = T::one();
-        self.solve(constraints, &model.rates, accelerations);
-    }
-}
-
-/// Number of prescribed coordinates whose responses are computed together.
-const WIDTH: usize = 4;
-
-impl Kinematics<f64> {
-    /// Computes the rates of the spanning tree for a unit rate of each prescribed coordinate, with
-    /// zero rates of all other prescribed coordinates and spins. Calls `take` with the index of
-    /// each coordinate and the rates. Call [`Self::differentiate`] before.
-    pub(crate) fn responses_to_coordinates(
-        &self,
-        model: &KinematicModel,
-        mut take: impl FnMut(usize, &[f64]),
-    ) {
-        let count = model.constraints.coordinates().len();
-        let mut right = vec![Lanes::<f64, WIDTH>::zero(); self.right.len()];
-        let mut solution = vec![Lanes::zero(); self.step.len()];
-        let mut rates = vec![0.0; self.step.len()];
-        for first in (0..count).step_by(WIDTH) {
-            right.fill(Lanes::zero());
-            let last = (first + WIDTH).min(count);
-            for coordinate in first..last {
-                right[self.closures + coordinate].0[coordinate - first] = 1.0;
-            }
-            model.rates.solve_lanes(&self.factors, &mut right, &mut solution);
-            for coordinate in first..last {
-                let lanes = rates.iter_mut().zip(&solution);
-                lanes.for_each(|(rate, lanes)| *rate = lanes.0[coordinate - first]);
-                take(coordinate, &rates);
-            }
-        }
-    }
-
-    /// Chooses independent rows and the elimination order of the system by the values of its
-    /// entries. Call [`Self::linearise`] before.
-    ///
-    /// # Errors
-    /// Returns [`RankDeficient`] if loops and prescribed coordinates leave some degrees of freedom
-    /// of the spanning tree undetermined.
-    pub(super) fn plan(
-        &self,
-        topology: &Topology,
-        motion_constraints: &MotionConstraints,
-        length: f64,
-    ) -> Result<Plan, RankDeficient> {
-        let rows = motion_constraints.row_scales(length);
-        let columns = column_scales(topology, length);
-        let scales = Scales { rows: &rows, columns: &columns };
-        let (count, dofs) = (motion_constraints.row_count(), topology.dofs());
-        Plan::new(count, dofs, motion_constraints.entries(), &self.entries, scales)
-    }
-
-    /// Returns the matrix of the system, with rows and columns multiplied by the scale factors
-    /// `rows` and `columns`. Call [`Self::linearise`] before.
-    pub(super) fn scaled_matrix(
-        &self,
-        motion_constraints: &MotionConstraints,
-        rows: &[f64],
-        columns: &[f64],
-    ) -> SparseMatrix {
-        let entries = motion_constraints.entries.iter().zip(&self.entries).map(|(entry, value)| {
-            let &Entry { row, column, .. } = entry;
-            (row, column, value * rows[row] * columns[column])
-        });
-        SparseMatrix::new((rows.len(), columns.len()), entries)
-    }
-}
-
-/// Returns the largest loop-closure error, m: over all cut joints at the given body poses, and over
-/// all gearings at the given coordinates of the spanning tree. Angular errors are multiplied by the
-/// characteristic length.
-pub(crate) fn closure_error(
-    topology: &Topology,
-    parameters: &Parameters<f64>,
-    (bodies, coordinates): (&Bodies<f64>, &[f64]),
-) -> f64 {
-    let errors = topology.cuts.iter().flat_map(|cut| {
-        let joint_type = topology.joint_types[cut.joint];
-        let relative = bodies.frame_j[cut.joint].inverse() * bodies.frame_k[cut.joint];
-        let (misfit, _) = joint_type.misfit(relative, parameters.pitch[cut.joint]);
-        let constraints = joint_type.constraints().iter();
-        misfit.into_iter().zip(constraints).map(|(error, row)| (error.largest(), row.is_moment()))
-    });
-    let gearings = topology
-        .gearings
-        .iter()
-        .map(|gearing| (gearing.error(parameters, coordinates).largest(), !gearing.is_length));
-    largest_in_metres(errors.chain(gearings), parameters.length)
-}
-
-/// Returns the largest error, m. Each item is the magnitude of an error and a flag that is `true`
-/// for an angle; angles are multiplied by `length` (m).
-fn largest_in_metres(errors: impl Iterator<Item = (f64, bool)>, length: f64) -> f64 {
-    let in_metres = errors.map(|(size, is_angle)| size * if is_angle { length } else { 1.0 });
-    // Propagate NaN.
-    in_metres.fold(0.0, |max, e| if e > max || e.is_nan() { e } else { max })
-}
-
-fn largest<T: Scalar>(values: &[T]) -> f64 {
-    let mut worst = 0.0;
-    for value in values {
-        let size = value.largest();
-        // Propagate NaN.
-        if size > worst || size.is_nan() {
-            worst = size;
-        }
-        if worst.is_nan() {
-            break;
-        }
-    }
-    worst
 }
