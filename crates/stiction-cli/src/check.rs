@@ -10,6 +10,7 @@ use crate::print;
 use crate::progress::Progress;
 use crate::report;
 use crate::sources::{self, warn};
+use crate::written::note_files;
 use std::sync::atomic::Ordering;
 use stiction::Error;
 use stiction_run::check::draw_page;
@@ -64,10 +65,9 @@ fn execute(options: &Check) -> Result<(), Failure> {
     if let Some(html) = html {
         outputs.end(report::FILE, html, page.html.as_bytes())?;
     }
-    let names = outputs.complete(&[report::FILE])?;
+    let files = outputs.complete(&[report::FILE])?;
     if !options.json {
-        let names: Vec<String> = names.iter().map(|name| name.display().to_string()).collect();
-        note!("\nwrote {}", names.join(", "));
+        note_files(&files, true);
     }
     options.report.show(folder.as_deref());
     Ok(())

@@ -1,5 +1,6 @@
 //! `stiction compensate`: controllers with and without friction compensation.
 
+use crate::answer;
 use crate::arguments::Compensate;
 use crate::failure::Failure;
 use crate::outputs::Outputs;
@@ -39,13 +40,13 @@ fn execute(options: &Compensate) -> Result<(), Failure> {
     let outputs = folder.as_deref().map(|dir| Outputs::new(dir, robot.files_read())).transpose()?;
     outputs.as_ref().map_or(Ok(()), Outputs::refuse_interrupted)?;
     let compared = request.run()?;
-    let json = format!("{:#}\n", compared.to_json());
+    let result = compared.to_json();
     match options.json {
-        true => print(&json)?,
+        true => answer::give(&result),
         false => print(&compared.to_string())?,
     }
     let Some(mut outputs) = outputs else { return Ok(()) };
-    outputs.write("compensate.json", json.as_bytes())?;
+    outputs.write("compensate.json", format!("{result:#}\n").as_bytes())?;
     outputs.write("compensate.csv", compared.errors_csv().as_bytes())?;
     let space = compared.space_csv();
     if !space.is_empty() {
@@ -56,7 +57,7 @@ fn execute(options: &Compensate) -> Result<(), Failure> {
         let page = draw_report(robot.model(), &compared.report(), Some(&command));
         outputs.write(report::FILE, page.as_bytes())?;
     }
-    let files = outputs.complete(&[report::FILE])?;
+    let files = outputs.complete(&["compensate-space.csv", report::FILE])?;
     if !options.json {
         note_files(&files, true);
     }

@@ -233,36 +233,11 @@ pub(crate) fn along(
         if let Some(page) = page {
             outputs.write(report::FILE, page.as_bytes())?;
         }
-        run.files = outputs.complete(&POSSIBLE)?;
+        let tables = Tables::<BufWriter<File>>::FILES;
+        run.files = outputs.complete_run(&tables, &Curves::FILES, "inverse.mcap")?;
     }
     Ok(run)
 }
-
-/// Names of all files that a run may write, including those that only some runs write.
-const POSSIBLE: [&str; 22] = [
-    report::FILE,
-    "friction.svg",
-    "friction.png",
-    "motors.svg",
-    "motors.png",
-    "contributions.svg",
-    "contributions.png",
-    "inverse.csv",
-    "reactions.csv",
-    "friction.csv",
-    "bodies.csv",
-    "joints.csv",
-    "motors.csv",
-    "contributions.csv",
-    "inverse.npz",
-    "reactions.npz",
-    "friction.npz",
-    "bodies.npz",
-    "joints.npz",
-    "motors.npz",
-    "contributions.npz",
-    "inverse.mcap",
-];
 
 /// Installs handlers for Ctrl-C and SIGTERM that set the returned flag, so that the program ends
 /// cleanly. A second signal ends it immediately.

@@ -1,5 +1,6 @@
 //! `stiction models`: the built-in models.
 
+use crate::answer;
 use crate::arguments::Models;
 use crate::failure::Failure;
 use crate::print;
@@ -14,7 +15,10 @@ fn list(options: &Models) -> Result<(), Failure> {
     if let Some(name) = &options.name {
         let text = gallery::get(name).ok_or_else(|| crate::sources::unknown_model(name))?;
         return match options.json {
-            true => print(&format!("{:#}\n", json!({ "name": name, "text": text }))),
+            true => {
+                answer::give(&json!({ "name": name, "text": text }));
+                Ok(())
+            }
             false => print(text),
         };
     }
@@ -33,7 +37,8 @@ fn list(options: &Models) -> Result<(), Failure> {
                 })
             })
             .collect();
-        return print(&format!("{:#}\n", json!(list)));
+        answer::give(&json!(list));
+        return Ok(());
     }
     let wide = models.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
     let mut out = String::new();

@@ -8,6 +8,7 @@ use crate::fold::folded;
 use crate::outputs::Outputs;
 use crate::print;
 use crate::sources::{self, note_friction, warn};
+use crate::written::note_files;
 use stiction::FrictionMode;
 
 pub(crate) fn run_equilibrium(options: &Equilibrium) -> Result<(), Failure> {
@@ -94,10 +95,9 @@ fn linearize(options: &Linearize) -> Result<(), Failure> {
         outputs.write(name, table.as_bytes())?;
     }
     outputs.write("linearize.json", format!("{json:#}\n").as_bytes())?;
-    let names = outputs.complete(&[])?;
+    let files = outputs.complete(&[])?;
     if !options.json {
-        let names: Vec<String> = names.iter().map(|name| name.display().to_string()).collect();
-        note!("\nwrote {}", names.join(", "));
+        note_files(&files, true);
     }
     Ok(())
 }

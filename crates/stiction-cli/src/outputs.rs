@@ -2,6 +2,7 @@
 
 use crate::arguments::Formats;
 use crate::failure::Failure;
+use crate::report;
 use std::cell::Cell;
 use std::fmt::Display;
 use std::fs::{self, File};
@@ -231,7 +232,7 @@ impl Outputs {
         for table in tables {
             let Some((partial, _)) = self.partial(table) else { continue };
             if formats.npz {
-                let name = table.replace(".csv", ".npz");
+                let name = npz_name(table);
                 let file = self.begin(&name)?;
                 let source = File::open(self.folder.join(partial));
                 let target = file.get_ref().try_clone();
@@ -328,6 +329,22 @@ impl Outputs {
         Ok(std::mem::take(&mut self.pending).into_iter().map(|(_, complete)| complete).collect())
     }
 
+    /// Completes the files of a run as [`Self::complete`]. `tables` (with extension), `figures`
+    /// (without) and the `log` are those that any run of the command may write.
+    pub(crate) fn complete_run(
+        self,
+        tables: &[&str],
+        figures: &[&str],
+        log: &str,
+    ) -> Result<Vec<PathBuf>, Failure> {
+        let tables = tables.iter().flat_map(|name| [name.to_string(), npz_name(name)]);
+        let figures =
+            figures.iter().flat_map(|name| [format!("{name}.svg"), format!("{name}.png")]);
+        let names: Vec<String> = tables.chain(figures).collect();
+        let names = names.iter().map(String::as_str).chain([log, report::FILE]);
+        self.complete(&names.collect::<Vec<_>>())
+    }
+
     /// Removes temporary files that an earlier run left when it was killed: those of checkpoints
     /// and of files that this run also writes.
     fn tidy(&self) {
@@ -376,6 +393,11 @@ impl Outputs {
             false => "the folder is unchanged; give another one with -o",
         })
     }
+}
+
+/// Returns the name of the NPZ file with the numbers of a CSV table.
+fn npz_name(table: &str) -> String {
+    table.replace(".csv", ".npz")
 }
 
 impl Drop for Outputs {

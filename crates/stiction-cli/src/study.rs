@@ -107,7 +107,8 @@ fn earlier_files(folder: &Path) -> Vec<String> {
 fn list(for_programs: bool) -> Result<(), Failure> {
     if for_programs {
         let list = STUDIES.map(|(name, title)| json!({ "name": name, "title": title }));
-        return print(&format!("{:#}\n", json!(list)));
+        answer::give(&json!(list));
+        return Ok(());
     }
     let mut out = String::new();
     for (name, title) in STUDIES {
@@ -124,13 +125,12 @@ fn unknown(name: &str) -> Failure {
     let known = format!("known studies: {}", names.join(", "));
     let failure = Failure::input(format!("there is no study `{name}`"));
     let is_model = gallery::get(name).is_some() || Path::new(name).is_file();
-    let near = names.iter().find(|known| strsim::jaro_winkler(known, name) > 0.8);
     let hint = if is_model {
         format!(
             "a study is a fixed sequence of computations, not a model; {known}. `stiction inverse {name}` runs the model"
         )
     } else {
-        near.map_or(known, |near| format!("did you mean `{near}`?"))
+        stiction_format::did_you_mean(name, "known studies", names).unwrap_or(known)
     };
     failure.help(hint)
 }

@@ -13,9 +13,10 @@ use crate::print;
 use crate::progress::Progress;
 use crate::report;
 use crate::sources::{self, DEFAULT_MODEL, note_friction, warn};
+use crate::written::note_files;
 use journal::{Journal, Kept, begin, partials};
 use std::cell::{Cell, RefCell};
-use std::io::IsTerminal;
+
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -297,18 +298,14 @@ fn single(
         } else {
             outputs.remove(CHECKPOINT);
         }
-        written = outputs.complete(&POSSIBLE)?;
-        if !options.json && !is_one_of_many {
-            let names: Vec<String> =
-                written.iter().map(|name| name.display().to_string()).collect();
-            note!("\nwrote {}", names.join(", "));
-        }
-        if !is_one_of_many {
-            options.report.show(folder);
-        }
+        written = outputs.complete_run(&FILES, &Curves::FILES, "forward.mcap")?;
         kept = folder;
-    } else if !options.json && !is_one_of_many && std::io::stderr().is_terminal() {
-        note!("\nTables and plots: add -o DIR");
+    }
+    if !is_one_of_many {
+        if !options.json {
+            note_files(&written, folder.is_some());
+        }
+        options.report.show(folder);
     }
     let lost = summary.energy_lost(&job.settings, &outcome.events);
     let compared = summary.compared(&job, &outcome);
@@ -387,29 +384,6 @@ fn read_again(
 
 /// Names of the tables that every run writes.
 const FILES: [&str; 6] = Tables::<Vec<u8>>::FILES;
-/// Names of all files that a run may write, including those that only some runs write.
-const POSSIBLE: [&str; 20] = [
-    report::FILE,
-    "forward.csv",
-    "reactions.csv",
-    "friction.csv",
-    "bodies.csv",
-    "energy.csv",
-    "motion.csv",
-    "forward.npz",
-    "reactions.npz",
-    "friction.npz",
-    "bodies.npz",
-    "energy.npz",
-    "motion.npz",
-    "forward.mcap",
-    "error.svg",
-    "error.png",
-    "drives.svg",
-    "drives.png",
-    "friction.svg",
-    "friction.png",
-];
 
 /// Converts the end of a simulation to a failure, unless the simulation reached the end time or a
 /// stop condition.

@@ -83,3 +83,15 @@ fn impossible_comparisons_are_refused() {
     refused(&["four-bar", "--known-to", "x"], &["expected a fraction or a percentage"]);
     refused(&["four-bar", "--period", "-1"], &["period of the controller", "--period"]);
 }
+
+#[test]
+fn a_failure_after_the_result_is_part_of_the_one_json_text() {
+    let folder = Folder::new("compensate-json");
+    // A folder with the name of a table.
+    std::fs::create_dir_all(folder.0.join("out/compensate.csv")).unwrap();
+    let laws = ["compensate", "slider-crank", "--controller", "pd,computed-torque"];
+    let said = folder.stiction(&[&laws[..], &["--json", "-o", "out"]].concat());
+    assert_ne!(said.code, 0);
+    let result = json(&said.out);
+    assert!(result["error"]["message"].is_string() && result["controllers"].is_array(), "{result}");
+}

@@ -62,6 +62,10 @@ impl Curves {
         }
     }
 
+    /// Names of the files of the figures of all runs, without extension.
+    pub const FILES: [&'static str; 7] =
+        ["motion", "error", "path", "space-error", "drives", "friction", "energy"];
+
     /// Returns all figures, each with the name of its file without extension.
     pub fn figures(self, summary: &Summary, events: &[Event]) -> Vec<(&'static str, Figure)> {
         let x_label = "time [s]".to_owned();
@@ -142,6 +146,7 @@ impl Curves {
         let panels = vec![Panel { y_label, lines, ..Panel::default() }.without_zeros()];
         let title = format!("Energy balance: {}", self.title);
         figures.push(("energy", Figure { title, x_label, panels }));
+        debug_assert!(figures.iter().all(|(name, _)| Self::FILES.contains(name)));
         figures
     }
 }

@@ -60,7 +60,11 @@ impl Curves {
         }
     }
 
-    /// Returns all figures with their file names.
+    /// Names of the files of the figures of all runs, without extension.
+    pub const FILES: [&'static str; 7] =
+        ["drives", "path", "motors", "friction", "contributions", "power", "singularity"];
+
+    /// Returns all figures, each with the name of its file without extension.
     pub fn figures(self) -> Vec<(&'static str, Figure)> {
         let x_label = "time [s]".to_owned();
         let mut figures = Vec::new();
@@ -129,6 +133,7 @@ impl Curves {
             vec![Panel { y_label: "singularity index".to_owned(), lines, ..Panel::default() }];
         let title = format!("Singularity indices, zero is singular: {}", self.title);
         figures.push(("singularity", Figure { title, x_label, panels }));
+        debug_assert!(figures.iter().all(|(name, _)| Self::FILES.contains(name)));
         figures
     }
 }

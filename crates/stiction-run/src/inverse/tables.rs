@@ -24,6 +24,9 @@ pub struct Tables<W: io::Write> {
 }
 
 impl<W: io::Write> Tables<W> {
+    /// File names of the tables of all jobs.
+    pub const FILES: [&'static str; 7] = TABLES;
+
     /// Returns the file names of the job's tables, in the order of the files passed to
     /// [`Self::new`].
     pub fn files(job: &Job<'_>) -> Vec<&'static str> {

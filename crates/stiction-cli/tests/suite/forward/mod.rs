@@ -118,3 +118,16 @@ fn signals_end_a_run() {
         assert_eq!((times.len(), times.last()), (rows, until.parse().ok().as_ref()), "{times:?}");
     }
 }
+
+#[test]
+fn plots_of_an_earlier_run_do_not_remain() {
+    let folder = Folder::new("forward-stale");
+    let run = ["forward", "--until", "0.1", "-o", "out"];
+    folder.stiction(&run).succeeds();
+    let out = Folder(folder.0.join("out"));
+    let of_references = ["error.svg", "space-error.svg"].map(str::to_owned);
+    assert!(of_references.iter().all(|name| out.files().contains(name)), "{:?}", out.files());
+    // Without controller, there is no reference.
+    folder.stiction(&[&run[..], &["--controller", "none"]].concat()).succeeds();
+    assert!(of_references.iter().all(|name| !out.files().contains(name)), "{:?}", out.files());
+}
