@@ -8,7 +8,7 @@ mod fmu;
 mod functions;
 mod speed;
 
-use crate::common::{Loop, Robot, gallery_loop};
+use crate::common::{Loop, Robot, gallery_loop, model};
 use compiler::{Code, SANITIZERS, STRICT};
 use stiction_program::emit::{Labels, Language, Precision, SourceOptions, TestVector};
 use stiction_program::{Feedforward, Tunable};
@@ -62,29 +62,31 @@ fn variant(name: &str, precision: Precision, own_math: bool) -> SourceOptions {
 /// with sanitizers.
 fn check(names: &[&str], count: usize, all: bool) {
     for name in names {
-        let robot = gallery_loop(name).unwrap();
-        let tunables = Tunable::frictions(robot.solver.parameters());
-        let program = Feedforward::record(&robot.solver, &robot.signal, &tunables).unwrap();
-        let vectors = TestVector::random(&robot.solver, &robot.signal, count, 7);
-        assert!(vectors.len() > count / 2, "{name}: {}", vectors.len());
-        for (precision, own_math) in [
-            (Precision::Double, false),
-            (Precision::Float, true),
-            (Precision::Double, true),
-            (Precision::Float, false),
-        ] {
-            let options = variant(name, precision, own_math);
-            let files =
-                program.files(Language::C, &labels(name, &robot), &options, &vectors).unwrap();
-            let folder = format!("{name}-{precision:?}-{own_math}");
-            let Some(code) = Code::new(&folder, &options.name, &files) else { return };
-            code.selftest(&[&STRICT[..], &["-std=c99"], &SANITIZERS].concat());
-            if all || precision == Precision::Float {
-                code.selftest(&[&STRICT[..], &["-x", "c++", "-O0"]].concat());
-            }
-            if !all && own_math {
-                break;
-            }
+        check_robot(name, &gallery_loop(name).unwrap(), count, all);
+    }
+}
+
+fn check_robot(name: &str, robot: &Loop, count: usize, all: bool) {
+    let tunables = Tunable::frictions(robot.solver.parameters());
+    let program = Feedforward::record(&robot.solver, &robot.signal, &tunables).unwrap();
+    let vectors = TestVector::random(&robot.solver, &robot.signal, count, 7);
+    assert!(vectors.len() > count / 2, "{name}: {}", vectors.len());
+    for (precision, own_math) in [
+        (Precision::Double, false),
+        (Precision::Float, true),
+        (Precision::Double, true),
+        (Precision::Float, false),
+    ] {
+        let options = variant(name, precision, own_math);
+        let files = program.files(Language::C, &labels(name, robot), &options, &vectors).unwrap();
+        let folder = format!("{name}-{precision:?}-{own_math}");
+        let Some(code) = Code::new(&folder, &options.name, &files) else { return };
+        code.selftest(&[&STRICT[..], &["-std=c99"], &SANITIZERS].concat());
+        if all || precision == Precision::Float {
+            code.selftest(&[&STRICT[..], &["-x", "c++", "-O0"]].concat());
+        }
+        if !all && own_math {
+            break;
         }
     }
 }
@@ -92,6 +94,39 @@ fn check(names: &[&str], count: usize, all: bool) {
 #[test]
 fn generated_c_reproduces_the_solver() {
     check(&["five-bar", "zhang2018-regular"], 100, false);
+}
+
+/// Every position of an open chain is within reach.
+#[test]
+fn generated_c_of_an_open_chain_reproduces_the_solver() {
+    let text = "
+        gravity = [0, -9.81, 0]
+        default = { motion = \"swing\", load = \"pull\" }
+        [bodies]
+        upper = { mass = 2, com = [0.2, 0, 0], inertia = [0.1, 0.1, 0.1] }
+        slider = { mass = 1, com = [0.1, 0, 0], inertia = [0.1, 0.1, 0.1] }
+        [joints.R]
+        type = \"R\"
+        from = \"ground\"
+        to = \"upper\"
+        axis = \"z\"
+        actuated = true
+        friction = { mu = 0.1, radius = 0.02 }
+        [joints.P]
+        type = \"P\"
+        from = \"upper\"
+        to = \"slider\"
+        axis = \"x\"
+        actuated = true
+        friction = { mu = 0.1 }
+        [loads.pull]
+        slider = { force = [5, 0, 0] }
+        [motions.swing]
+        duration = 1
+        R = \"sin(2*pi*t)\"
+        P = \"0.3 + 0.1*sin(2*pi*t)\"";
+    let robot = Loop::of(Robot::of(&model("open chain", text), None)).unwrap();
+    check_robot("open-chain", &robot, 50, true);
 }
 
 /// Rust code, as a module that uses only `core`, reproduces the solver's forces.

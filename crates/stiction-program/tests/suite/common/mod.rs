@@ -58,30 +58,39 @@ pub(crate) struct Loop {
 
 /// The control loop of a gallery model; `None` if the actuators do not determine the motion.
 pub(crate) fn gallery_loop(name: &str) -> Option<Loop> {
-    let Robot { mut solver, signal, .. } = Robot::new(name, None);
-    let actuators: Vec<_> = solver.mechanism().actuators().collect();
-    let mut own: Vec<Vec<Target<f64>>> = Vec::new();
-    let mut home = None;
-    for targets in &signal {
-        solver.move_to(targets).ok()?;
-        let mut now = Vec::new();
-        for (k, (joint, dof)) in actuators.iter().enumerate() {
-            let mut target = solver.joint_motion(*joint, *dof);
-            (target.rate, target.acceleration) = (0.0, 0.0);
-            // The solver returns angles within half a turn; this makes them continuous.
-            let is_angle =
-                !solver.mechanism().joints()[joint.0].joint_type.dofs()[*dof].translates();
-            if let Some(before) = own.last().filter(|_| is_angle) {
-                let turns = ((target.value - before[k].value) / core::f64::consts::TAU).round();
-                target.value -= turns * core::f64::consts::TAU;
+    Loop::of(Robot::new(name, None))
+}
+
+impl Loop {
+    /// The control loop of a robot; `None` if its actuators do not determine the motion.
+    pub(crate) fn of(robot: Robot) -> Option<Self> {
+        let Robot { mut solver, signal, .. } = robot;
+        let actuators: Vec<_> = solver.mechanism().actuators().collect();
+        let mut own: Vec<Vec<Target<f64>>> = Vec::new();
+        let mut home = None;
+        for targets in &signal {
+            solver.move_to(targets).ok()?;
+            let mut now = Vec::new();
+            for (k, (joint, dof)) in actuators.iter().enumerate() {
+                let mut target = solver.joint_motion(*joint, *dof);
+                (target.rate, target.acceleration) = (0.0, 0.0);
+                // The solver returns angles within half a turn; this makes them continuous.
+                let is_angle =
+                    !solver.mechanism().joints()[joint.0].joint_type.dofs()[*dof].translates();
+                if let Some(before) = own.last().filter(|_| is_angle) {
+                    let turns = ((target.value - before[k].value) / core::f64::consts::TAU).round();
+                    target.value -= turns * core::f64::consts::TAU;
+                }
+                now.push(target);
             }
-            now.push(target);
+            own.push(now);
+            home.get_or_insert_with(|| {
+                solver.mechanism().starting_at(solver.bodies().joint_poses())
+            });
         }
-        own.push(now);
-        home.get_or_insert_with(|| solver.mechanism().starting_at(solver.bodies().joint_poses()));
+        let coordinate = |(joint, dof): &(_, _)| Coordinate::Joint { joint: *joint, dof: *dof };
+        let coordinates: Vec<_> = actuators.iter().map(coordinate).collect();
+        let solver = InverseDynamics::new(home?, &[], &coordinates, &own[0], Settings::default());
+        Some(Self { solver: solver.ok()?, signal: own })
     }
-    let coordinate = |(joint, dof): &(_, _)| Coordinate::Joint { joint: *joint, dof: *dof };
-    let coordinates: Vec<_> = actuators.iter().map(coordinate).collect();
-    let solver = InverseDynamics::new(home?, &[], &coordinates, &own[0], Settings::default());
-    Some(Loop { solver: solver.ok()?, signal: own })
 }
