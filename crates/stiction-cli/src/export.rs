@@ -39,6 +39,9 @@ pub(crate) fn run(options: &Export) -> Result<(), Failure> {
     if let Some(name) = &options.prefix {
         export = export.name(name);
     }
+    if let Some(motion) = &options.motion {
+        export = export.motion(motion);
+    }
     if let Some(body) = &options.payload {
         export = export.payload(body);
     }

@@ -6,6 +6,7 @@ mod plant;
 pub use fmu::Fmu;
 pub use plant::PlantExport;
 
+use crate::check::Check;
 use crate::coordinates::named;
 use crate::error::Error;
 use crate::robot::Robot;
@@ -21,7 +22,7 @@ use stiction_program::emit::{
 use stiction_program::{Feedforward, RecordError, Tunable};
 use stiction_run::exchange::Home;
 
-/// Maximum number of positions along the default motion at which a program is recorded.
+/// Maximum number of positions along the motion at which a program is recorded.
 const POSITIONS: u32 = 20;
 
 /// Export of a robot as source code; see [`Robot::export`].
@@ -31,6 +32,7 @@ pub struct Export {
     language: Language,
     options: SourceOptions,
     named: Option<String>,
+    motion: Option<String>,
     frictions: bool,
     masses: bool,
     payload: Option<String>,
@@ -43,7 +45,7 @@ pub struct Export {
 pub(crate) struct Recorded {
     pub(crate) program: Feedforward,
     pub(crate) solver: InverseDynamics,
-    /// Values of the coordinates of the code at positions along the default motion; the first entry
+    /// Values of the coordinates of the code at positions along the motion; the first entry
     /// is the home position.
     signal: Vec<Vec<Target<f64>>>,
     pub(crate) labels: Labels,
@@ -57,6 +59,7 @@ impl Export {
             language: Language::C,
             options: SourceOptions::new(robot.name()),
             named: None,
+            motion: None,
             frictions: true,
             masses: false,
             payload: None,
@@ -77,6 +80,13 @@ impl Export {
     /// the name is derived from the name of the model.
     pub fn name(mut self, name: &str) -> Self {
         self.named = Some(name.to_owned());
+        self
+    }
+
+    /// Sets the motion near which the code is recorded and tested, as in [`crate::Request::motion`].
+    /// Default: the default motion of the model.
+    pub fn motion(mut self, motion: &str) -> Self {
+        self.motion = Some(motion.to_owned());
         self
     }
 
@@ -121,8 +131,8 @@ impl Export {
         self
     }
 
-    /// Sets the coordinates of the code, by name: joint coordinates such as `leg1.P`, and coordinates that the default
-    /// motion prescribes, such as `platform.z`. Default: all actuators.
+    /// Sets the coordinates of the code, by name: joint coordinates such as `leg1.P`, and coordinates that the motion
+    /// prescribes, such as `platform.z`. Default: all actuators.
     pub fn coordinates<S: AsRef<str>>(mut self, names: &[S]) -> Self {
         self.coordinates = Some(names.iter().map(|name| name.as_ref().to_owned()).collect());
         self
@@ -142,14 +152,18 @@ impl Export {
     }
 
     /// Exports the robot as a plant instead of a feed-forward: forward dynamics with stick and
-    /// slip, as a functional mock-up unit. Of the options set so far, only the name applies to the
-    /// plant.
+    /// slip, as a functional mock-up unit. Of the options set so far, only the name and the motion
+    /// apply to the plant.
     pub fn plant(&self) -> PlantExport {
         let name = self.checked_options().map(|options| match self.named {
             Some(_) => options.name,
             None => format!("{}_plant", options.name),
         });
-        PlantExport::new(self.robot.clone(), name)
+        let plant = PlantExport::new(self.robot.clone(), name);
+        match &self.motion {
+            Some(motion) => plant.motion(motion),
+            None => plant,
+        }
     }
 
     /// Records the program, computes test vectors with the general solver, and writes the files.
@@ -214,7 +228,10 @@ impl Export {
             let message = format!("cannot generate code for `{}`: {error}", self.robot.name());
             Error::input(message).with_help(match error {
                 RecordError::NoTunable(_) => "choose a body with a mass for the payload",
-                _ => "choose other positions for the default motion, away from singular ones",
+                RecordError::Gearings => {
+                    "`stiction inverse` computes the efforts of mechanisms with gearings"
+                }
+                _ => "choose another motion, away from singular positions",
             })
         })?;
         let labels = self.labels(&solver, &named);
@@ -274,14 +291,23 @@ impl Export {
         })
     }
 
-    /// Values of the given coordinates at positions along the default motion, up to the first
-    /// singular or unreachable position.
+    /// Creates a request for the motion near which the code is recorded.
+    fn along(&self) -> Result<Check, Error> {
+        let check = self.robot.check_along();
+        match &self.motion {
+            Some(motion) => check.motion(motion),
+            None => Ok(check),
+        }
+    }
+
+    /// Values of the given coordinates at positions along the motion, up to the first singular or
+    /// unreachable position.
     fn positions(
         &self,
         solver: &InverseDynamics,
         named: &[Named],
     ) -> Result<Vec<Vec<Target<f64>>>, Error> {
-        let check = self.robot.check_along();
+        let check = self.along()?;
         let job = check.job()?;
         let mut follower = job.assemble(job.motion.start)?;
         let types = joint_types(solver);
@@ -363,10 +389,10 @@ fn joint_types(solver: &InverseDynamics) -> Vec<JointType> {
 type Named = (String, Coordinate, f64);
 
 impl Export {
-    /// Creates the solver at the first instant of the default motion, with the coordinates of the
+    /// Creates the solver at the first instant of the motion, with the coordinates of the
     /// code as independent coordinates. Returns the solver and these coordinates.
     fn driven(&self) -> Result<(InverseDynamics, Vec<Named>), Error> {
-        let check = self.robot.check_along();
+        let check = self.along()?;
         let job = check.job()?;
         let home = Home::of(&job)?;
         let named = named(&self.robot, &home, self.coordinates.as_deref())

@@ -69,6 +69,10 @@ pub(crate) struct Export {
     /// Version of the FMI standard, 2 or 3, for `--to fmu`
     #[arg(long, value_name = "VERSION", default_value = "3", value_parser = clap::value_parser!(u8).range(2..=3))]
     pub(crate) fmi: u8,
+    /// The motion near which the code is recorded and tested, or at whose first instant the plant starts: its name in
+    /// the model, a CSV file, or assignments; see `stiction inverse --help` [default: that of the model]
+    #[arg(long, value_name = "MOTION")]
+    pub(crate) motion: Option<String>,
     #[command(flatten)]
     pub(crate) plant: PlantOptions,
     /// Name of the files and prefix of all names in the code [default: derived from the model's name]
@@ -86,7 +90,7 @@ pub(crate) struct Export {
     /// Functions in addition to inverse dynamics
     #[arg(long, value_name = "FUNCTIONS", value_delimiter = ',')]
     pub(crate) functions: Vec<Function>,
-    /// Independent coordinates, by name: those of joints, such as `leg1.P`, and those that the default motion
+    /// Independent coordinates, by name: those of joints, such as `leg1.P`, and those that the motion
     /// prescribes, such as `platform.z` [default: all actuators]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(crate) coordinates: Vec<String>,
@@ -118,10 +122,6 @@ pub(crate) struct PlantOptions {
         ]
     )]
     pub(crate) plant: bool,
-    /// The motion at whose first instant the plant starts: its name in the model, a CSV file, or assignments; see
-    /// `stiction inverse --help` [default: that of the model]
-    #[arg(long, value_name = "MOTION", requires = "plant")]
-    pub(crate) motion: Option<String>,
     /// The start: `motion` (position and rates of the motion), `rest` (its position, at rest), or assignments; see
     /// `stiction forward --help` [default: motion]
     #[arg(long, value_name = "STATE", requires = "plant")]

@@ -24,9 +24,6 @@ pub(super) fn write(
     let fmi = if options.fmi == 2 { Fmi::Two } else { Fmi::Three };
     let mut plant = export.plant();
     let chosen = &options.plant;
-    if let Some(motion) = &chosen.motion {
-        plant = plant.motion(motion);
-    }
     if let Some(start) = &chosen.from {
         plant = plant.from(start);
     }

@@ -172,3 +172,17 @@ fn impossible_exports_are_refused() {
     refused(&["five-bar", "--to", "rust", "--adapters", "ctypes"], &["--adapters"]);
     refused(&["five-bar", "--to", "pascal"], &["pascal"]);
 }
+
+/// A model with several motions and no default.
+#[test]
+fn code_is_recorded_and_laws_are_compared_along_the_chosen_motion() {
+    let folder = Folder::new("export-motion");
+    let text = stiction_format::gallery::get("slider-crank").unwrap();
+    let text = text.split("[default]").next().unwrap();
+    folder.write("robot.toml", &format!("{text}\n[motions.other]\nduration = 1\nA = \"t\"\n"));
+    let export = ["export", "robot.toml", "--to", "c", "--vectors", "10", "-o", "code"];
+    folder.stiction(&export).fails(2, &["turn, other", "--motion"]);
+    folder.stiction(&[&export[..], &["--motion", "other"]].concat()).succeeds();
+    let compare = ["compensate", "robot.toml", "--controller", "pd", "--motion", "other"];
+    assert!(folder.stiction(&compare).succeeds().contains("motion other"));
+}

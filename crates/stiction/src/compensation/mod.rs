@@ -215,7 +215,11 @@ impl Compensation {
                 .with_help("give a longer period or a shorter motion")
                 .with_option("period"));
         }
-        let Recorded { program, labels, .. } = self.robot.export().record()?;
+        let mut export = self.robot.export();
+        if let Some(motion) = &self.motion {
+            export = export.motion(motion);
+        }
+        let Recorded { program, labels, .. } = export.record()?;
         let program = Arc::new(program);
         let course = self.course(&program)?;
         let Some((first, _)) = course.first() else {
