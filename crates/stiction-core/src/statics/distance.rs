@@ -18,7 +18,7 @@ use crate::spatial::Vec3;
 use nalgebra::DVector;
 use std::sync::OnceLock;
 
-/// Minimum number of joints of a hub: a body, such as a platform, at which legs end.
+/// Minimum number of joints in loops of a hub: a body, such as a platform, at which legs end.
 const HUB: usize = 3;
 
 /// Singularity indices of a mechanism at one configuration, dimensionless.
@@ -196,14 +196,11 @@ impl<'a> Constraints<'a> {
 
 /// Computes the type 1 (leg) singularity index from the balance of all bodies and its scaled matrix.
 /// The index is zero if bodies between hubs can move, apart from passive spins, while the hubs are
-/// fixed. Hubs are bodies with three or more joints. Returns `None` if the mechanism has no hubs or
-/// no bodies between hubs.
+/// fixed. Hubs are bodies at which three or more chains of loops meet. Returns `None` if the
+/// mechanism has no hubs or no bodies between hubs.
 pub fn leg_distance(system: &NewtonEuler, scaled: &SparseMatrix, idle_spins: usize) -> Option<f64> {
     let of_legs = of_legs(system);
     let last = of_legs.len().checked_sub(idle_spins + 1)?;
-    if of_legs.len() == scaled.nrows() {
-        return None;
-    }
     let constraints = scaled.select_columns(&constraints_of(system)).transpose();
     let legs = constraints.select_columns(&of_legs);
     // The bodies of different legs have no constraint in common, so each leg has its own singular
@@ -229,12 +226,16 @@ fn zero_or(decomposition: &Decomposition, index: usize) -> f64 {
     if index < decomposition.rank() { decomposition.value(index) } else { 0.0 }
 }
 
-/// Lists the rows of the balance that belong to bodies between hubs: bodies with fewer than three
-/// joints.
+/// Lists the rows of the balance that belong to bodies between hubs; none if there are no hubs.
+/// Bodies of open chains, such as fingers at the end of an arm, belong to no leg and make no body a
+/// hub.
 pub(super) fn of_legs(system: &NewtonEuler) -> Vec<usize> {
-    let joints = system.joints_at_bodies();
+    let joints = system.joints_of_loops();
+    if joints.iter().skip(1).all(|&count| count < HUB) {
+        return Vec::new();
+    }
     (0..system.matrix.nrows() / 6)
-        .filter(|&body| joints[body + 1] < HUB)
+        .filter(|&body| (1..HUB).contains(&joints[body + 1]))
         .flat_map(|body| 6 * body..6 * body + 6)
         .collect()
 }

@@ -162,6 +162,35 @@ impl NewtonEuler {
         counts
     }
 
+    /// Number of joints attached to each body, without those of open chains: zero for a body of an
+    /// open chain.
+    pub(super) fn joints_of_loops(&self) -> Vec<usize> {
+        let mut counts = self.joints_at_bodies();
+        let mut joints_of = vec![Vec::new(); counts.len()];
+        for (joint, &(predecessor, successor)) in self.ends.iter().enumerate() {
+            joints_of[predecessor].push(joint);
+            joints_of[successor].push(joint);
+        }
+        // Removing the body at the end of a chain may make its neighbour the end.
+        let is_end = |counts: &[usize], body: usize| body != 0 && counts[body] == 1;
+        let mut ends: Vec<usize> = (0..counts.len()).filter(|&b| is_end(&counts, b)).collect();
+        let mut is_removed = vec![false; self.ends.len()];
+        while let Some(body) = ends.pop() {
+            let joint = joints_of[body].iter().find(|joint| !is_removed[**joint]);
+            let Some(&joint) = joint else { continue };
+            is_removed[joint] = true;
+            let (predecessor, successor) = self.ends[joint];
+            for body in [predecessor, successor] {
+                counts[body] -= 1;
+            }
+            let neighbour = if predecessor == body { successor } else { predecessor };
+            if is_end(&counts, neighbour) {
+                ends.push(neighbour);
+            }
+        }
+        counts
+    }
+
     /// Adds a joint's wrench to `rows`, the equations of all bodies: `wrench` acts on the joint's
     /// successor, `-wrench` on its predecessor.
     pub fn add_joint_wrench(&self, rows: &mut DVector<f64>, joint: usize, wrench: Wrench<f64>) {

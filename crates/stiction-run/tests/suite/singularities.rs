@@ -158,3 +158,35 @@ fn a_load_in_the_range_of_a_singular_pose() {
     let regular = crate::common::model("3rps");
     assert_eq!(Run::of(&default_job(&regular, FrictionMode::Off)).unwrap().verdict.singular, None);
 }
+
+/// An arm with two fingers has no legs, and so has a four-bar linkage with a link on its coupler:
+/// bodies of open chains can always move while the other bodies are fixed.
+#[test]
+fn open_branches_are_no_legs() {
+    let body = |name: &str| {
+        format!("[bodies.{name}]\nmass = 1\ncom = [0.1, 0, 0]\ninertia = [0.1, 0.1, 0.1]\n")
+    };
+    let joint = |name: &str, from: &str, to: &str, at: f64| {
+        format!(
+            "[joints.{name}]\ntype = \"R\"\nfrom = \"{from}\"\nto = \"{to}\"\nat = [{at}, 0, 0]\n\
+             axis = \"z\"\nactuated = true\n"
+        )
+    };
+    let names = ["arm", "left", "right"];
+    let mut text = "gravity = [0, -9.81, 0]\n".to_owned() + &names.map(body).concat();
+    text += &joint("A", "ground", "arm", 0.0);
+    text += &[joint("L", "arm", "left", 0.5), joint("R", "arm", "right", 0.6)].concat();
+    text += "[motions.hold]\nduration = 0\nA = 0\nL = 0.2\nR = 0.3\n[loads.none]\n";
+    let model = model_of("arm", &text);
+    assert!(found(&job(&model, "hold", "none", FrictionMode::Off)).leg.is_none());
+
+    let text = stiction_format::gallery::get("four-bar").unwrap();
+    let (text, _) = text.split_once("[motions").unwrap();
+    let text = format!(
+        "{text}{}{}[motions.hold]\nduration = 0\nA = 1\nlink = 0\n[loads.none]\n",
+        body("bob"),
+        joint("link", "coupler", "bob", 0.1)
+    );
+    let model = model_of("four-bar with a link", &text);
+    assert!(found(&job(&model, "hold", "none", FrictionMode::Off)).leg.is_none());
+}

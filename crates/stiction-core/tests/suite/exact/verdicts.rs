@@ -85,14 +85,21 @@ impl Verdicts {
 }
 
 fn leg_singular(drawing: &Drawing, prime: u64) -> Option<bool> {
-    let joints_at = |body: usize| {
-        drawing.joints.iter().filter(|j| j.ends.0 == body || j.ends.1 == body).count()
+    // Without the bodies of open chains, one after the other.
+    let mut ends: Vec<(usize, usize)> = drawing.joints.iter().map(|joint| joint.ends).collect();
+    let bodies = 1..=drawing.coms.len();
+    let joints_at = |ends: &[(usize, usize)], body: usize| {
+        ends.iter().filter(|(a, b)| *a == body || *b == body).count()
     };
-    let of_legs: Vec<usize> = (1..=drawing.coms.len())
-        .filter(|&body| joints_at(body) < HUB)
+    while let Some(body) = bodies.clone().find(|body| joints_at(&ends, *body) == 1) {
+        ends.retain(|(a, b)| *a != body && *b != body);
+    }
+    let of_legs: Vec<usize> = bodies
+        .clone()
+        .filter(|&body| (1..HUB).contains(&joints_at(&ends, body)))
         .flat_map(|body| 6 * (body - 1)..6 * body)
         .collect();
-    if of_legs.is_empty() || of_legs.len() == 6 * drawing.coms.len() {
+    if of_legs.is_empty() || bodies.clone().all(|body| joints_at(&ends, body) < HUB) {
         return None;
     }
     let rows: Vec<Vec<i64>> = drawing
