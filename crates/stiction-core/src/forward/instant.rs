@@ -69,6 +69,18 @@ pub struct Account {
     pub interfaces: Vec<f64>,
 }
 
+impl Forward {
+    /// Computes the kinetic and potential energy at a state, J.
+    pub(super) fn energy(&self, state: &State<f64>) -> f64 {
+        let (topology, parameters) = (&*self.topology, &self.parameters);
+        let mut bodies = Bodies::new(topology);
+        bodies.place(topology, parameters, &state.coordinates);
+        bodies.move_with(topology, &state.rates);
+        let masses = MassMatrix::new(topology, (parameters, &self.rotors), &mut bodies, &[]);
+        masses.kinetic(&bodies) + mass_matrix::potential(parameters, &bodies)
+    }
+}
+
 impl Account {
     /// Computes all powers and energies. Poses and twists of `bodies` must be up to date.
     pub(super) fn update(

@@ -41,6 +41,16 @@ const RESIDUAL: f64 = 1e-9;
 /// residual that [`RESIDUAL`] limits. Accepted residual rates are at most 1e-6 of the largest rate.
 const SLACK: f64 = 1e-3;
 
+/// In a velocity jump, largest accepted rate of a sticking interface, relative to the largest rate
+/// without friction. Residuals are relative to the largest force; with a self-stress of 1e20 N,
+/// interfaces that move as before the jump would count as sticking.
+const STUCK: f64 = 1e-6;
+
+/// Factor of the change of constraints in a step, from its middle to its end. The change belongs to the
+/// velocities before the step, so in a velocity jump it is left out: where a joint reverses, it would
+/// permit that the mechanism bounces back without losing energy.
+const DRIFT: f64 = 0.5;
+
 /// If a friction exceeds the largest force without friction by this factor, the friction is part of
 /// a velocity jump.
 const IMPULSIVE: f64 = 1e3;
@@ -74,10 +84,8 @@ pub(super) struct TimeStep {
     pub(super) free_rate: f64,
     /// Work done and energy dissipated in the step, J.
     pub(super) work: Energies,
-    /// Energy lost to the reactions that the friction of each interface causes, J. The velocities
-    /// before the step satisfy the constraints at its start, not in its middle. The difference is
-    /// small, but in a jump near a singular position reactions are so large that it counts.
-    pub(super) reaction_work: Vec<f64>,
+    /// True if friction is so large that velocities jump.
+    pub(super) is_impulsive: bool,
     pub(super) redundant: usize,
     pub(super) open_drives: usize,
     pub(super) mobility: usize,
@@ -164,6 +172,25 @@ impl Forward {
         from: StepStart<'_>,
         inputs: &mut dyn Inputs,
     ) -> Result<TimeStep, ForwardError> {
+        let found = self.time_step_with(time, step, from, inputs, DRIFT);
+        if found.as_ref().is_ok_and(|found| !found.is_impulsive) {
+            return found;
+        }
+        let jump = self.time_step_with(time, step, from, inputs, 0.0);
+        if jump.as_ref().is_ok_and(|jump| jump.is_impulsive) { jump } else { found }
+    }
+
+    /// Computes a time step as [`Self::time_step`]. Until the end of the step, constraints and
+    /// surface directions change by `drift` times their change in the step at the velocities before
+    /// the step.
+    fn time_step_with(
+        &self,
+        time: f64,
+        step: f64,
+        from: StepStart<'_>,
+        inputs: &mut dyn Inputs,
+        drift: f64,
+    ) -> Result<TimeStep, ForwardError> {
         let (topology, parameters) = (&self.topology, &self.parameters);
         let start = from.state;
         let mut middle = start.clone();
@@ -190,7 +217,7 @@ impl Forward {
             let end = index.checked_sub(topology.closures()).map_or(0.0, |k| ends[k].rate);
             // The row is evaluated at the middle of the step and changes until the end of the step;
             // `right` is minus the rate of change of the row.
-            row.right = (end - rate) / step + 0.5 * row.right;
+            row.right = (end - rate) / step + drift * row.right;
         }
         let massless = |m: Massless| self.unsolved(time, Unsolved::Massless(m));
         let balance = Balance::new(self, &data, rows).map_err(massless)?;
@@ -209,13 +236,13 @@ impl Forward {
         }
         let drifting = self.accelerated(&data.bodies, &vec![0.0; n]);
         let free = |interface: usize| {
-            let drift = self.surface_acceleration(&drifting, interface);
+            let turning = self.surface_acceleration(&drifting, interface);
             let rate =
                 |rates: &[f64], place| self.surface_rate(&data.bodies, rates, interface, place);
             let mut free = [0.0; 3];
             for place in 0..parameters.interfaces[interface].shape.dofs().len() {
                 free[place] = rate(&start.rates, place)
-                    + step * (rate(&base.accelerations, place) + 0.5 * drift[place]);
+                    + step * (rate(&base.accelerations, place) + drift * turning[place]);
             }
             free
         };
@@ -237,7 +264,10 @@ impl Forward {
         if largest(&near) > impulsive {
             near.fill(0.0);
         }
-        let is_solution = |found: &Solution| found.residual <= RESIDUAL;
+        let is_solution = |found: &Solution| {
+            found.residual <= RESIDUAL
+                && (largest(&found.amounts) <= impulsive || found.creep <= STUCK)
+        };
         let mut found = problem.solve_near(&near).filter(is_solution);
         if found.is_none() && near.iter().any(|amount| *amount != 0.0) {
             // After a jump the frictions of the previous step may be a bad initial guess.
@@ -264,8 +294,10 @@ impl Forward {
         for (unit, amount) in members.units.iter().zip(&found.amounts) {
             response.add(unit, *amount);
         }
-        let solution = (&problem.members[..], &members.units[..], &found, free_rate);
-        Ok(self.end_of_step(&data, from, step, solution, (&balance, response)))
+        let is_impulsive = largest(&found.amounts) > impulsive;
+        let solution = (&problem.members[..], &found, free_rate);
+        let end = self.end_of_step(&data, from, step, solution, (&balance, response));
+        Ok(TimeStep { is_impulsive, ..end })
     }
 
     /// Returns the friction law of an interface at the end of a time step.
@@ -301,7 +333,7 @@ impl Forward {
         data: &Data,
         from: StepStart<'_>,
         step: f64,
-        (members, units, found, free_rate): (&[Member], &[Response], &Solution, f64),
+        (members, found, free_rate): (&[Member], &Solution, f64),
         (balance, response): (&Balance, Response),
     ) -> TimeStep {
         let (topology, parameters) = (&self.topology, &self.parameters);
@@ -317,15 +349,6 @@ impl Forward {
         state.accelerations.clone_from(&response.accelerations);
         let mut bodies = data.bodies.clone();
         bodies.move_with(topology, &mean);
-        let mut reaction_work = vec![0.0; count];
-        let of = (&**topology, parameters);
-        let gaps: Vec<f64> = (0..topology.closures())
-            .map(|row| balance.rows.product(of, &data.bodies, row, &mean))
-            .collect();
-        let by_reactions = |i: usize| {
-            let each = units[i].multipliers.iter().zip(&gaps);
-            each.map(|(multiplier, gap)| multiplier * gap).sum::<f64>()
-        };
         let (mut modes, mut loads) = (from.modes.to_vec(), vec![0.0; count]);
         let (mut velocities, mut frictions) = (vec![[0.0; 3]; count], vec![[0.0; 3]; count]);
         let mut bristles = data.bristles.clone();
@@ -337,7 +360,6 @@ impl Forward {
             for (place, i) in member.places.clone().enumerate() {
                 velocities[interface][place] = found.rates[i];
                 frictions[interface][place] = found.amounts[i];
-                reaction_work[interface] -= step * found.amounts[i] * by_reactions(i);
                 let rate = self.surface_rate(&data.bodies, &mean, interface, place);
                 work.interfaces[interface] += step * found.amounts[i] * rate;
             }
@@ -388,7 +410,7 @@ impl Forward {
             masses: data.masses.clone(),
             free_rate,
             work,
-            reaction_work,
+            is_impulsive: false,
         }
     }
 }

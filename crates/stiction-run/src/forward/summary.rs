@@ -45,6 +45,8 @@ const LOST: f64 = 1e5;
 /// step. Time stepping is of first order at dense transitions and with bristle or regularised laws, so its energy
 /// error exceeds the tolerance of a step by far.
 const LOST_IN_STEPS: f64 = 3e4;
+/// Largest relative energy error that any tolerance explains.
+const LOST_AT_MOST: f64 = 0.01;
 
 /// Sticking time and number of stick onsets of a friction interface.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -291,6 +293,7 @@ impl Summary {
             true => LOST_IN_STEPS * settings.time_step_tolerance,
             false => LOST * settings.relative,
         };
+        let most = most.min(LOST_AT_MOST);
         // In a run almost without motion, the exchanged energies are as small as rounding errors.
         let matters = self.energy_error.peak.abs() > 1e3 * self.rounding();
         self.energy_error_relative().filter(|part| *part > most && matters)

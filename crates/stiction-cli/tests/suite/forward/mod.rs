@@ -3,6 +3,7 @@
 mod between_rows;
 mod differential;
 mod given;
+mod jamming;
 mod motion;
 mod passages;
 mod refusals;

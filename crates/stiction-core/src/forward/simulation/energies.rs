@@ -3,6 +3,8 @@
 //! Equation (E4) of the book's theory.
 
 use super::Simulation;
+use super::stepping::StepResult;
+use crate::forward::affine_friction::norm;
 
 /// Work done and energy dissipated since the start of the simulation, J.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -25,22 +27,37 @@ pub struct Energies {
     pub turnover: f64,
 }
 
-impl Energies {
-    /// Distributes the dissipated energy of a velocity jump, if it is positive, such that no interface
-    /// supplies energy. In a jump only the sum is determined: frictions that stress the mechanism against itself do no work
-    /// together, but may seem to do much work one by one.
-    /// `more` is the energy lost to the reactions that the friction of each interface causes, J.
-    pub(super) fn share_dissipation(&mut self, more: &[f64]) {
-        self.interfaces.iter_mut().zip(more).for_each(|(lost, more)| *lost += more);
-        let sum: f64 = self.interfaces.iter().sum();
-        let positive: f64 = self.interfaces.iter().map(|lost| lost.max(0.0)).sum();
-        if sum > 0.0 && sum < positive {
-            self.interfaces.iter_mut().for_each(|lost| *lost = lost.max(0.0) * (sum / positive));
-        }
-    }
-}
-
 impl Simulation<'_> {
+    /// Sets the energy that friction dissipates in a velocity jump to the energy that the mechanism
+    /// loses, and distributes it such that no interface supplies energy. The jump consists of two
+    /// halves of a step. If the mechanism gains energy, nothing is dissipated, and the residual of
+    /// the energy balance is this gain.
+    ///
+    /// Only the sum is determined: frictions that stress the mechanism against itself do no work
+    /// together, but may seem to do much work one by one. The sum of their works has no correct digit
+    /// where an interface reverses at the same time, because then the product of an enormous impulse
+    /// and a vanishing velocity counts.
+    pub(super) fn account_for_jump(&self, first: &mut StepResult, second: &mut StepResult) {
+        let works = [&first.time_step.work, &second.time_step.work];
+        let supplied: f64 = works
+            .iter()
+            .map(|work| work.drives.iter().sum::<f64>() + work.loads - work.dampers)
+            .sum();
+        let before = self.now.account.kinetic + self.now.account.potential;
+        let lost = (before + supplied - self.model.energy(&second.state)).max(0.0);
+        let interfaces = works[0].interfaces.iter().zip(&works[1].interfaces);
+        let mut shares: Vec<f64> = interfaces.map(|(a, b)| a.max(0.0) + b.max(0.0)).collect();
+        if shares.iter().all(|share| *share == 0.0) {
+            let impulses = first.time_step.frictions.iter().zip(&second.time_step.frictions);
+            shares = impulses.map(|(a, b)| norm(*a) + norm(*b)).collect();
+        }
+        let all: f64 = shares.iter().sum();
+        let scale = if all > 0.0 { lost / all } else { 0.0 };
+        shares.iter_mut().for_each(|share| *share *= scale);
+        first.time_step.work.interfaces = shares;
+        second.time_step.work.interfaces.fill(0.0);
+    }
+
     /// Returns the work and dissipated energy since the start, J.
     pub fn energies(&self) -> &Energies {
         &self.shown().energies

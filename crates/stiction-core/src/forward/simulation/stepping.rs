@@ -315,11 +315,7 @@ impl Simulation<'_> {
             let (mut first, mut second) = (first, second);
             if jumps || is_last_resort {
                 self.record_jump(&second.time_step, &second.state, time, all);
-                for TimeStep { work, reaction_work, .. } in
-                    [&mut first.time_step, &mut second.time_step]
-                {
-                    work.share_dissipation(reaction_work);
-                }
+                self.account_for_jump(&mut first, &mut second);
             }
             let grow = if error > 0.0 { (0.8 / error.sqrt()).clamp(0.3, 2.0) } else { 2.0 };
             let next = step * grow;

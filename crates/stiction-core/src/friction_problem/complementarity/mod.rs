@@ -70,6 +70,9 @@ pub(crate) struct Solution {
     pub(crate) loads: Vec<f64>,
     /// Largest residual of the friction laws relative to the largest force.
     pub(crate) residual: f64,
+    /// Largest surface rate of a sticking interface relative to the largest frictionless rate.
+    /// [`Self::residual`] permits large rates if the forces are much larger.
+    pub(crate) creep: f64,
     /// For each member, `true` if its interface sticks; always `false` without dry friction.
     pub(crate) sticks: Vec<bool>,
 }
@@ -163,8 +166,12 @@ impl Complementarity<'_> {
         let loads = (0..self.members.len())
             .map(|m| self.load(m, &amounts, self.wrench(m, &amounts)).value)
             .collect();
-        let sticks = residual.excess.iter().map(|excess| *excess <= 0.0).collect();
-        Solution { amounts, rates, loads, residual: relative, sticks }
+        let sticks: Vec<bool> = residual.excess.iter().map(|excess| *excess <= 0.0).collect();
+        let stuck = self.members.iter().zip(&sticks).filter(|(_, sticks)| **sticks);
+        let fastest = stuck.flat_map(|(member, _)| &rates[member.places.clone()]);
+        let fastest = fastest.fold(0.0_f64, |m, rate| m.max(rate.abs()));
+        let free = self.free.iter().fold(f64::MIN_POSITIVE, |m, rate| m.max(rate.abs()));
+        Solution { amounts, rates, loads, residual: relative, creep: fastest / free, sticks }
     }
 }
 
