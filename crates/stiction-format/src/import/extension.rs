@@ -14,6 +14,8 @@
 //! | `from` | the predecessor of a joint whose bodies are exchanged in the file |
 //! | `start` | coordinates of the joint at which the robot starts |
 //! | `coordinates` | the joint's coordinates in the file's configuration, where the file has zero |
+//! | `joint` | type of a joint that the file describes by several joints, and the names of these joints in the order in which they act from frame J to frame K |
+//! | `body` | the joint of the file that carries the body of this name, which is between two joints of one MJCF body |
 //! | `default` | a value of the table `default`; the only possible name is `friction` |
 //! | `gravity` | the acceleration of gravity, three numbers in m/s²; this element has no name |
 
@@ -38,10 +40,10 @@ pub const NAMESPACE: &str = "urn:stiction:1";
 /// text.
 #[derive(Clone, Debug)]
 pub(super) struct Entry {
-    kind: String,
-    name: String,
-    text: String,
-    place: Place,
+    pub(super) kind: String,
+    pub(super) name: String,
+    pub(super) text: String,
+    pub(super) place: Place,
 }
 
 /// Returns the extension elements of this program among the children of `parent`.
@@ -371,7 +373,7 @@ fn turn_round(joint: &mut Joint) {
 }
 
 /// Parses the text of an extension element as a TOML table; reports errors.
-fn table(context: &Context<'_>, entry: &Entry) -> Option<Table> {
+pub(super) fn table(context: &Context<'_>, entry: &Entry) -> Option<Table> {
     match entry.text.parse::<Table>() {
         Ok(table) => Some(table),
         Err(error) => {

@@ -192,6 +192,7 @@ fn with_legs(
 fn write(context: &Context<'_>, source: &Source, mut robot: Description) -> Option<String> {
     // Extension elements name the bodies that a joint connects, not links that mark its frames.
     meaning::fold(&mut robot);
+    meaning::restore(context, &mut robot);
     let entries = std::mem::take(&mut robot.extensions);
     let left = extension::apply(context, &mut robot, entries);
     if robot.bodies.len() == 1 {

@@ -22,6 +22,11 @@ fn round_trip(original: &ModelFile, format: Format) -> ModelFile {
 
 /// Converts a model to a format and back, and returns the text of the resulting model.
 fn imported(original: &ModelFile, format: Format) -> String {
+    imported_with(original, format, ImportOptions::default())
+}
+
+/// Converts a model to a format and, with these options, back; returns the text of the resulting model.
+fn imported_with(original: &ModelFile, format: Format, options: ImportOptions) -> String {
     let job = default_job(original, FrictionMode::Off);
     let home = Home::of(&job).unwrap();
     let (text, yaml) = match format {
@@ -38,7 +43,7 @@ fn imported(original: &ModelFile, format: Format) -> String {
         beside.map(String::into_bytes).ok_or("there is no such file".to_owned())
     };
     let source = Source::new(format!("{name}.xml"), text.clone());
-    let imported = import(&source, ImportOptions::default(), &files)
+    let imported = import(&source, options, &files)
         .unwrap_or_else(|errors| panic!("{name} {format:?}: {errors}\n{text}"));
     imported.text
 }
@@ -495,5 +500,120 @@ fn tilts_on_a_turned_base_are_not_changed() {
         let again = model_of("tilted", &text).mechanism;
         let own = &again.joints()[joint(&again, "E").0];
         assert!(own.ranges.is_empty(), "{format:?}: {:?}\n{text}", own.ranges);
+    }
+}
+
+/// A body on a joint `J` of a given type between two bodies, with a motor on each degree of freedom, friction, a range, and a
+/// spring with a damper on the first degree of freedom.
+fn with_one_joint(symbol: &str, is_reversed: bool) -> ModelFile {
+    let (from, to) = if is_reversed { ("b", "a") } else { ("a", "b") };
+    let (keys, first, motion) = match symbol {
+        "H" => (
+            "pitch = \"3 mm/rad\"\nfriction = { mu = 0.1, radius = \"8 mm\", flank_angle = \"30 deg\" }\nrange = [-2, 2]",
+            "J",
+            "J = 0.3 + 0.4*sin(t/(1 s))",
+        ),
+        "C" => (
+            "friction = { mu = 0.1, radius = \"8 mm\", bending_span = \"40 mm\" }\nrange = { slide = [-0.2, 0.3], angle = [-2, 2] }",
+            "J.angle",
+            "J.angle = 0.3 + 0.4*sin(t/(1 s))\nJ.slide = \"30 mm*cos(t/(1 s))\"",
+        ),
+        "U" => (
+            "second_axis = \"y\"\nfriction = { mu = 0.1, radius = \"8 mm\", first = { mu = 0.2 } }\nrange = { first = [-1, 1], tilt = [0, 2] }",
+            "J.first",
+            "J.first = 0.3 + 0.4*sin(t/(1 s))\nJ.second = 0.2 - 0.3*t/(1 s)",
+        ),
+        _ => (
+            "x_axis = \"y\"\nfriction = { mu = 0.1, radius = \"8 mm\" }\nrange = { x = [-0.2, 0.3] }",
+            "J.x",
+            "J.x = \"30 mm*cos(t/(1 s))\"\nJ.y = \"20 mm + 10 mm*t/(1 s)\"\nJ.angle = 0.3 + 0.4*sin(t/(1 s))",
+        ),
+    };
+    let motion = motion.lines().map(|line| {
+        let (name, value) = line.split_once(" = ").unwrap();
+        format!("{name} = \"{}\"\n", value.trim_matches('"'))
+    });
+    let motion: String = motion.collect();
+    let unit = if symbol == "E" { ("N/m", "N s/m") } else { ("N m/rad", "N m s/rad") };
+    let text = format!(
+        r#"
+name = "one"
+gravity = [1, -2, -9]
+[bodies.a]
+mass = 1
+com = [0.1, 0.02, 0]
+inertia = [0.01, 0.01, 0.01]
+[bodies.b]
+mass = 2
+com = [0.03, 0.01, 0.1]
+inertia = {{ xx = 0.02, yy = 0.03, zz = 0.015, xy = 1e-3 }}
+[joints.A]
+type = "R"
+from = "ground"
+to = "a"
+axis = "y"
+actuated = true
+[joints.J]
+type = "{symbol}"
+from = "{from}"
+to = "{to}"
+at = ["10 mm", "20 mm", "30 mm"]
+to_at = ["-5 mm", 0, "15 mm"]
+axis = "x"
+actuated = true
+{keys}
+[springs.S]
+joint = "{first}"
+stiffness = "2 {}"
+rest = 0
+damping = "0.1 {}"
+[motions.m]
+duration = "1 s"
+A = "0.2 + 0.3*sin(t/(1 s))"
+{motion}
+[loads.none]
+[default]
+motion = "m"
+load = "none"
+"#,
+        unit.0, unit.1
+    );
+    model_of("one", &text)
+}
+
+/// Properties of a joint that do not depend on the frames of its bodies.
+fn properties(model: &ModelFile, name: &str) -> String {
+    let mechanism = &model.mechanism;
+    let own = &mechanism.joints()[joint(mechanism, name).0];
+    let ends = [own.predecessor, own.successor].map(|id| &mechanism.bodies()[id.0].name);
+    let springs = mechanism.joint_springs();
+    let mut friction = own.friction.clone();
+    friction.sort_by_key(|interface| interface.place);
+    format!("{:?} {ends:?} {:?} {friction:?} {springs:?}", own.joint_type, own.ranges)
+}
+
+#[test]
+fn joints_with_motors_friction_and_springs_return_whole() {
+    for symbol in ["H", "C", "U", "E"] {
+        for is_reversed in [false, true] {
+            let original = with_one_joint(symbol, is_reversed);
+            for (format, literal) in [(Format::Mjcf, false), (Format::Mjcf, true)] {
+                let text = imported_with(&original, format, ImportOptions { literal });
+                let again = model_of("one", &text);
+                let what = format!("{symbol} {is_reversed} {format:?} {literal}");
+                assert_eq!(properties(&again, "J"), properties(&original, "J"), "{what}\n{text}");
+                let [a, b] =
+                    [&original, &again].map(|model| forces(&original, model, 0.3).unwrap());
+                assert_eq!(a.efforts.len(), b.efforts.len(), "{what}");
+                for ((name, effort, frictional), (other, a, b)) in a.efforts.iter().zip(&b.efforts)
+                {
+                    assert_eq!(name, other, "{what}");
+                    assert!((a - effort).abs() < 1e-12, "{what} {name}: {a} {effort}");
+                    assert!((b - frictional).abs() < 1e-10, "{what} {name}: {b} {frictional}");
+                    let acts = name != "J" || (effort - frictional).abs() > 1e-9;
+                    assert!(acts, "{what}: no friction");
+                }
+            }
+        }
     }
 }

@@ -67,10 +67,10 @@ fn chain_from(robot: &Description, start: usize, length: usize) -> Option<Vec<us
 
 /// Geometry of a chain of joints at zero coordinates. All poses are expressed in the frame of the
 /// body between the first and the second joint.
-struct Chain<'a> {
+pub(super) struct Chain<'a> {
     joints: Vec<&'a Joint>,
     /// Pose of the frame of each joint.
-    frames: Vec<Pose<f64>>,
+    pub(super) frames: Vec<Pose<f64>>,
     /// Pose of the body before the chain.
     first: Pose<f64>,
     /// Pose of the body after the chain.
@@ -78,7 +78,7 @@ struct Chain<'a> {
 }
 
 impl<'a> Chain<'a> {
-    fn new(robot: &'a Description, chain: &[usize]) -> Option<Self> {
+    pub(super) fn new(robot: &'a Description, chain: &[usize]) -> Option<Self> {
         let joints: Vec<&Joint> = chain.iter().map(|&joint| &robot.joints[joint]).collect();
         let first = joints.first()?;
         let mut at = Pose::identity();
@@ -91,7 +91,7 @@ impl<'a> Chain<'a> {
         Some(Self { frames, first: before, last: at, joints })
     }
 
-    fn axis(&self, index: usize) -> Vec3<f64> {
+    pub(super) fn axis(&self, index: usize) -> Vec3<f64> {
         self.frames[index].rotation.columns[2]
     }
 
@@ -105,7 +105,7 @@ impl<'a> Chain<'a> {
     }
 
     /// Point where the axes of two joints meet; `None` if they do not meet.
-    fn crossing(&self, a: usize, b: usize, size: f64) -> Option<Vec3<f64>> {
+    pub(super) fn crossing(&self, a: usize, b: usize, size: f64) -> Option<Vec3<f64>> {
         let (u, v) = (self.axis(a), self.axis(b));
         let between = self.frames[b].position + -self.frames[a].position;
         let normal = u.cross(v);
@@ -119,7 +119,7 @@ impl<'a> Chain<'a> {
     }
 
     /// Creates a joint of this type whose frames coincide with `frame` at zero coordinates.
-    fn joint(&self, kind: JointType, frame: Pose<f64>, dofs: Vec<Coordinate>) -> Joint {
+    pub(super) fn joint(&self, kind: JointType, frame: Pose<f64>, dofs: Vec<Coordinate>) -> Joint {
         let (first, last) = (self.joints[0], self.joints[self.joints.len() - 1]);
         let mut joint = Joint::new(self.name(), kind, (first.from, last.to));
         joint.frame_j = self.first.inverse() * frame;

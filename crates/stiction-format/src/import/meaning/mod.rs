@@ -6,9 +6,11 @@
 
 mod chains;
 mod closures;
+mod declared;
 mod helpers;
 mod planar;
 
+pub(super) use declared::restore;
 pub(super) use helpers::fold;
 
 use super::context::Context;

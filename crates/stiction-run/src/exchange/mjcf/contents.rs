@@ -3,12 +3,14 @@
 
 use super::parts::{NamedPart, NamedStep};
 use super::steps::Kind;
+use super::tree::Part;
 use super::writer::{Writer, quaternion};
 use crate::exchange::extension::{self, Entry};
 use crate::exchange::names::Names;
 use crate::exchange::xml::numbers;
 use stiction_core::mechanism::{DriveTrain, GearedDof, Gearing, JointId};
 use stiction_format::NAMESPACE;
+use toml::Value;
 
 impl<'a> Writer<'a> {
     /// Writes the MJCF tendons. They represent springs between sites, and sums of joint coordinates
@@ -157,7 +159,8 @@ impl<'a> Writer<'a> {
         let reversed: Vec<usize> = (self.tree.parts.iter())
             .filter_map(|part| part.reversed.then_some(part.joint))
             .collect();
-        let mut entries = extension::frictions(mechanism);
+        let mut entries = self.divided_joints();
+        entries.extend(extension::frictions(mechanism));
         entries.extend(extension::default_friction(self.home.model));
         entries.extend(extension::own_springs(mechanism));
         entries.extend(extension::others(mechanism));
@@ -173,6 +176,23 @@ impl<'a> Writer<'a> {
             self.xml.empty("text", &[("name", name), ("data", text.replace('\n', ";;"))]);
         }
         self.xml.close();
+    }
+
+    /// Lists the joints that the file describes by several MJCF joints: the type of each, and the names of its MJCF joints
+    /// in the order in which they act from frame J to frame K.
+    fn divided_joints(&self) -> Vec<Entry> {
+        let parts = self.tree.parts.iter().zip(&self.parts);
+        let entry = |(part, own): (&Part, &NamedPart)| {
+            let joint = self.joint(part.joint);
+            let mut names: Vec<&str> = own.steps.iter().map(|step| &*step.name).collect();
+            if part.reversed {
+                names.reverse();
+            }
+            let kind = joint.joint_type.symbol();
+            let text = format!("type = {}\njoints = {}", Value::from(kind), Value::from(names));
+            Entry { kind: "joint", name: joint.name.clone(), text }
+        };
+        parts.filter(|(_, own)| own.steps.len() > 1).map(entry).collect()
     }
 
     /// Writes the home pose as a keyframe.
