@@ -138,7 +138,10 @@ fn a_body_without_mass_is_reported() {
     let text = folder.stiction(&["models", "four-bar"]).out;
     let from = text.find("[bodies.coupler]").unwrap();
     let to = from + text[from..].find("\n\n").unwrap();
-    folder.write("light.toml", &format!("{}[bodies.coupler]{}", &text[..from], &text[to..]));
+    // A spring is fixed to the coupler: otherwise its joints would be joints of the next body.
+    let spring = "\n[springs.S]\nfrom = \"ground\"\nat = [0, \"1 m\", 0]\nto = \"coupler\"\nto_at = [0, 0, 0]\nstiffness = \"1 N/m\"\nfree_length = \"1 m\"\n";
+    let text = format!("{}[bodies.coupler]{}{spring}", &text[..from], &text[to..]);
+    folder.write("light.toml", &text);
     folder.stiction(&["convert", "light.toml", "--to", "json"]).succeeds();
     folder.stiction(&["convert", "light.toml", "--to", "mjcf"]).fails(
         2,

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, HashMap};
 use stiction_core::dynamics::FrictionMode;
 use stiction_core::joint::JointType;
 use stiction_core::spatial::{Mat3, Pose, Quaternion, Vec3};
-use stiction_format::{LoadCase, ModelFile, Source, gallery};
+use stiction_format::{ImportOptions, LoadCase, ModelFile, Source, gallery, import};
 use stiction_run::Job;
 use stiction_run::exchange::{Home, Mjcf, Unfit, mjcf};
 
@@ -460,7 +460,9 @@ A = "50 deg + 2 rad/s*t"
 
 #[test]
 fn bodies_without_mass_are_reported() {
-    let model = model_of("massless", MASSLESS);
+    // A spring is fixed to the rod, so the rod has to be a body of the file.
+    let held = MASSLESS.replace("[joints.A]", "[springs.S]\nfrom = \"ground\"\nat = [0, 1, 0]\nto = \"rod\"\nto_at = [0.1, 0, 0]\nstiffness = 1\nfree_length = 1\n\n[joints.A]");
+    let model = model_of("massless", &held);
     let error = mjcf(&home(&model)).unwrap_err();
     assert_eq!(error, Unfit::Massless { body: "rod".into() });
     // If a joint that closes a loop connects two bodies without mass, neither of them can be split.
@@ -498,4 +500,20 @@ fn the_motion_selects_the_position() {
         let key = document.descendants().find(|node| node.has_tag_name("key")).unwrap();
         assert!((numbers(&key, "qpos")[0] - angle.to_radians()).abs() < 1e-15);
     }
+}
+
+/// Several joints of one MJCF body, which the import divides by massless bodies.
+#[test]
+fn joints_of_one_body_stay_joints_of_one_body() {
+    let text = "<mujoco><worldbody><body name='b' pos='0 0.1 0.2'><inertial mass='2' pos='0 0 0' diaginertia='1 2 2'/>
+        <joint name='k' axis='0 1 1' pos='0.1 0 0'/><joint name='l' type='slide' axis='1 0 1'/>
+        <joint name='m' axis='1 0 0' pos='0 0.1 0'/></body></worldbody>
+        <actuator><motor joint='k'/><motor joint='l'/><motor joint='m'/></actuator></mujoco>";
+    let none = |_: &str| Err(String::new());
+    let source = Source::new("b.xml", text);
+    let imported = import(&source, ImportOptions::default(), &none).unwrap().text;
+    let model = model_of("b", &imported);
+    let again = mjcf(&home(&model)).unwrap().text;
+    let joints = again.split_once("<body name=\"b\"").unwrap().1.matches("<joint").count();
+    assert_eq!((again.matches("<body").count(), joints), (2, 3), "{again}");
 }

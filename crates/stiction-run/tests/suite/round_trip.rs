@@ -617,3 +617,73 @@ fn joints_with_motors_friction_and_springs_return_whole() {
         }
     }
 }
+
+/// Massless bodies between joints: `hub` and `cross` carry one body each.
+const BETWEEN: &str = r#"
+name = "between"
+gravity = [1, -2, -9]
+[bodies.hub]
+[bodies.cross]
+[bodies.arm]
+mass = 2
+com = [0.03, 0.01, 0.1]
+inertia = { xx = 0.02, yy = 0.03, zz = 0.015, xy = 1e-3 }
+[joints.A]
+type = "C"
+from = "ground"
+to = "hub"
+axis = [0.1, 0.2, 1]
+actuated = true
+friction = { mu = 0.1, radius = "8 mm", bending_span = "40 mm" }
+[joints.B]
+type = "R"
+from = "cross"
+to = "hub"
+at = [0, 0.1, 0]
+axis = "x"
+actuated = true
+friction = { mu = 0.1, radius = "8 mm" }
+[joints.C]
+type = "P"
+from = "cross"
+to = "arm"
+at = [0.1, 0, 0]
+axis = [1, 0.2, 0]
+actuated = true
+friction = { mu = 0.1 }
+[motions.m]
+duration = "1 s"
+A.angle = "0.2 + 0.3*sin(t/(1 s))"
+A.slide = "0.02 + 0.03*sin(t/(1 s))"
+B = "0.3 - 0.4*sin(t/(1 s))"
+C = "0.1 - 0.04*sin(t/(1 s))"
+[loads.none]
+[default]
+motion = "m"
+load = "none"
+"#;
+
+#[test]
+fn massless_bodies_between_joints_return_from_mjcf() {
+    let original = model_of("between", BETWEEN);
+    let job = default_job(&original, FrictionMode::Off);
+    let text = mjcf(&Home::of(&job).unwrap()).unwrap().text;
+    assert_eq!(text.matches("<body").count(), 2, "{text}");
+    let again = round_trip(&original, Format::Mjcf);
+    let names = |model: &ModelFile| {
+        let mut names: Vec<_> =
+            model.mechanism.bodies().iter().map(|body| body.name.clone()).collect();
+        names.sort();
+        names
+    };
+    assert_eq!(names(&again), names(&original));
+    for name in ["A", "B", "C"] {
+        assert_eq!(properties(&again, name), properties(&original, name));
+    }
+    let [a, b] = [&original, &again].map(|model| forces(&original, model, 0.3).unwrap());
+    for ((name, effort, frictional), (other, a, b)) in a.efforts.iter().zip(&b.efforts) {
+        assert_eq!(name, other);
+        assert!((a - effort).abs() < 1e-12, "{name}: {a} {effort}");
+        assert!((b - frictional).abs() < 1e-10, "{name}: {b} {frictional}");
+    }
+}

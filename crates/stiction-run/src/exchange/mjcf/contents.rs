@@ -159,7 +159,8 @@ impl<'a> Writer<'a> {
         let reversed: Vec<usize> = (self.tree.parts.iter())
             .filter_map(|part| part.reversed.then_some(part.joint))
             .collect();
-        let mut entries = self.divided_joints();
+        let mut entries = self.bodies_between();
+        entries.extend(self.divided_joints());
         entries.extend(extension::frictions(mechanism));
         entries.extend(extension::default_friction(self.home.model));
         entries.extend(extension::own_springs(mechanism));
@@ -176,6 +177,16 @@ impl<'a> Writer<'a> {
             self.xml.empty("text", &[("name", name), ("data", text.replace('\n', ";;"))]);
         }
         self.xml.close();
+    }
+
+    /// Lists the bodies between several joints of an MJCF body, each with the last MJCF joint that carries it.
+    fn bodies_between(&self) -> Vec<Entry> {
+        let parts = self.tree.parts.iter().zip(&self.parts).filter(|(part, _)| part.is_between);
+        let entry = |(part, own): (&Part, &NamedPart)| {
+            let name = self.home.model.mechanism.bodies()[part.body].name.clone();
+            Some(Entry { kind: "body", name, text: own.steps.last()?.name.clone() })
+        };
+        parts.filter_map(entry).collect()
     }
 
     /// Lists the joints that the file describes by several MJCF joints: the type of each, and the names of its MJCF joints

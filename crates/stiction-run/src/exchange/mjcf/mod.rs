@@ -1,6 +1,7 @@
 //! Export to MuJoCo's XML format (MJCF): a tree of nested bodies, and equality constraints that
 //! close the loops.
 
+mod between;
 mod contents;
 mod equalities;
 mod friction;
@@ -96,7 +97,8 @@ fn check_masses(home: &Home<'_>, tree: &Tree) -> Result<(), Unfit> {
     for part in tree.parts.iter().rev().filter(|part| is_fixed(part)) {
         heavy[part.parent] |= heavy[part.body];
     }
-    match tree.parts.iter().find(|part| !is_fixed(part) && !heavy[part.body]) {
+    let is_light = |part: &&Part| !is_fixed(part) && !part.is_between && !heavy[part.body];
+    match tree.parts.iter().find(is_light) {
         None => Ok(()),
         Some(part) => Err(Unfit::Massless { body: mechanism.bodies()[part.body].name.clone() }),
     }

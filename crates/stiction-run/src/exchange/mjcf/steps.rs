@@ -2,7 +2,7 @@
 
 use super::super::Home;
 use stiction_core::joint::JointType;
-use stiction_core::mechanism::Joint;
+use stiction_core::mechanism::{Joint, Mechanism};
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
 /// Type of an MJCF joint.
@@ -53,6 +53,11 @@ fn sequence(joint_type: JointType) -> &'static [(Kind, usize, &'static str, Opti
             (Ball, 0, ".rotation", Some(3)),
         ],
     }
+}
+
+/// Types of the MJCF joints that replace a joint of the mechanism.
+pub(super) fn kinds(mechanism: &Mechanism, joint: usize) -> Vec<Kind> {
+    sequence(mechanism.joints()[joint].joint_type).iter().map(|(kind, ..)| *kind).collect()
 }
 
 /// Lists the MJCF joints that replace a joint of the mechanism, in the order in which they move the

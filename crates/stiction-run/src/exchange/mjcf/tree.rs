@@ -1,6 +1,6 @@
 //! Spanning tree of nested MJCF bodies, and loop closures for the joints outside the tree.
 
-use super::Unfit;
+use super::{Unfit, between};
 use std::cmp::Reverse;
 use stiction_core::disjoint_sets::DisjointSets;
 use stiction_core::joint::JointType;
@@ -11,7 +11,7 @@ use stiction_core::mechanism::{BodyId, Joint, Mechanism};
 pub(super) struct Part {
     /// Index of the body in the mechanism.
     pub(super) body: usize,
-    /// Index of the parent body in the mechanism.
+    /// Index, in the mechanism, of the nearest body towards the ground that is an MJCF body.
     pub(super) parent: usize,
     /// Nesting depth: number of enclosing bodies including the ground. It is zero for a body with a
     /// free joint.
@@ -24,6 +24,11 @@ pub(super) struct Part {
     pub(super) reversed: bool,
     /// True for each part of a split body except the first part, to which all others are welded.
     pub(super) is_further: bool,
+    /// True for a massless body between two joints, which is no MJCF body: its joint is one of several joints of the MJCF
+    /// body that it carries.
+    pub(super) is_between: bool,
+    /// Indices of the parts between the parent and this MJCF body, whose joints this body has before its own.
+    pub(super) before: Vec<usize>,
 }
 
 /// MJCF element that replaces a joint outside the spanning tree.
@@ -100,7 +105,9 @@ impl Tree {
                 hanging[above].push(Hanging { joint: index, reversed, is_further: true });
             }
         }
-        Ok(Self { parts: depth_first(mechanism, &hanging), closings, count })
+        let mut parts = depth_first(mechanism, &hanging);
+        between::mark(mechanism, &closings, &mut parts);
+        Ok(Self { parts, closings, count })
     }
 }
 
@@ -128,7 +135,7 @@ fn closing_of(joint_type: JointType) -> Closing {
     }
 }
 
-fn has_mass(mechanism: &Mechanism, body: BodyId) -> bool {
+pub(super) fn has_mass(mechanism: &Mechanism, body: BodyId) -> bool {
     mechanism.bodies()[body.0].mass > 0.0
 }
 
@@ -146,7 +153,18 @@ fn depth_first(mechanism: &Mechanism, hanging: &[Vec<Hanging>]) -> Vec<Part> {
             let body = if reversed { content.predecessor } else { content.successor };
             let is_free = is_ground && content.joint_type == JointType::Free;
             let depth = if is_free { 0 } else { depth };
-            Part { body: body.0, parent, depth, is_free, joint, reversed, is_further }
+            let (is_between, before) = (false, Vec::new());
+            Part {
+                body: body.0,
+                parent,
+                depth,
+                is_free,
+                joint,
+                reversed,
+                is_further,
+                is_between,
+                before,
+            }
         };
         hanging[parent].iter().rev().map(part)
     };

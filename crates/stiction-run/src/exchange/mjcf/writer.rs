@@ -78,7 +78,7 @@ impl<'a> Writer<'a> {
         self.xml.open("body", &attributes);
         self.xml.empty("inertial", &massless());
         self.write_sites(BodyId::GROUND.0, None);
-        for index in 0..self.tree.parts.len() {
+        for index in (0..self.tree.parts.len()).filter(|part| !self.tree.parts[*part].is_between) {
             while self.xml.depth() > base + self.tree.parts[index].depth {
                 self.xml.close();
             }
@@ -117,11 +117,17 @@ impl<'a> Writer<'a> {
         } else {
             self.xml.empty("inertial", &massless());
         }
-        self.write_steps(index);
+        for &before in &part.before {
+            // The joints of the massless body before this one move it too; they are seen from it in the home position.
+            let between = home.poses[self.tree.parts[before].body];
+            self.write_steps(before, home.poses[part.body].inverse() * between);
+        }
+        self.write_steps(index, Pose::identity());
         self.write_sites(part.body, part.is_further.then_some(part.joint));
     }
 
-    fn write_steps(&mut self, index: usize) {
+    /// Writes the MJCF joints of a part. `seen` is the pose of the part's frame in the MJCF body that has these joints.
+    fn write_steps(&mut self, index: usize, seen: Pose<f64>) {
         let part = &self.tree.parts[index];
         let joint = self.joint(part.joint);
         let NamedPart { free, steps, .. } = &self.parts[index];
@@ -136,9 +142,9 @@ impl<'a> Writer<'a> {
                 Kind::Ball => "ball",
             };
             let mut attributes = vec![("name", name.clone()), ("type", kind.into())];
-            attributes.push(("pos", numbers(&step.position.to_array())));
+            attributes.push(("pos", numbers(&seen.apply(step.position).to_array())));
             if step.kind != Kind::Ball {
-                attributes.push(("axis", numbers(&step.axis.to_array())));
+                attributes.push(("axis", numbers(&(seen.rotation * step.axis).to_array())));
                 attributes.push(("ref", numbers(&[step.home])));
             }
             let damping = step.dof.map_or(0.0, |dof| damping[dof]);
