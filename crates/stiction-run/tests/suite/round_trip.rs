@@ -597,7 +597,10 @@ fn joints_with_motors_friction_and_springs_return_whole() {
     for symbol in ["H", "C", "U", "E"] {
         for is_reversed in [false, true] {
             let original = with_one_joint(symbol, is_reversed);
-            for (format, literal) in [(Format::Mjcf, false), (Format::Mjcf, true)] {
+            let sdf = ["H", "U"].contains(&symbol).then_some((Format::Sdf, false));
+            for (format, literal) in
+                [(Format::Mjcf, false), (Format::Mjcf, true)].into_iter().chain(sdf)
+            {
                 let text = imported_with(&original, format, ImportOptions { literal });
                 let again = model_of("one", &text);
                 let what = format!("{symbol} {is_reversed} {format:?} {literal}");

@@ -116,16 +116,12 @@ impl Reader<'_, '_> {
             (_, Some("axis2")) => &["axis2"],
             _ => &["axis"],
         };
-        for (dof, key) in joint.dofs.iter_mut().zip(keys) {
+        for (dof, (own, key)) in joint.dofs.iter_mut().zip(keys).enumerate() {
             if let Some(axis) = element.child(key) {
                 let (coordinate, [effort, rate]) = self.coordinate(axis);
-                *dof = coordinate;
-                if let Some(effort) = effort {
-                    self.efforts.insert(index, effort);
-                }
-                if let Some(rate) = rate {
-                    self.rates.insert(index, rate);
-                }
+                *own = coordinate;
+                self.efforts.extend(effort.map(|effort| ((index, dof), effort)));
+                self.rates.extend(rate.map(|rate| ((index, dof), rate)));
             }
         }
         self.robot.joints.push(joint);

@@ -36,9 +36,9 @@ pub(super) struct Reader<'a, 'c> {
     /// Indices of the joints by their full names in the file.
     joints: HashMap<String, usize>,
     /// Effort limits by joint index, N or N m; a joint without this limit has no entry.
-    efforts: HashMap<usize, f64>,
+    efforts: HashMap<(usize, usize), f64>,
     /// Rate limits by joint index, m/s or rad/s; a joint without this limit has no entry.
-    rates: HashMap<usize, f64>,
+    rates: HashMap<(usize, usize), f64>,
 }
 
 /// Reads a robot from the root element of an SDF file; `None` after an error.

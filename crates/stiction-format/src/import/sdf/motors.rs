@@ -21,51 +21,42 @@ pub(super) fn guess(reader: &mut Reader<'_, '_>, models: &[Model]) {
             }
         }
     }
-    let limited: Vec<usize> = {
-        let positive = reader.efforts.iter().filter(|(_, effort)| **effort > 0.0);
-        positive.map(|(joint, _)| *joint).collect()
-    };
     let has_names = !named.is_empty();
-    let chosen = if has_names { named } else { limited };
-    let count = reader.robot.bodies.len();
     let joints = &reader.robot.joints;
-    let is_open = joints.len() + 1 == count;
-    let chosen = match is_open && !has_names {
-        // An open chain: all joints that may have an effort, also those without a limit.
-        true => {
-            let may = |joint: &usize| reader.efforts.get(joint) != Some(&0.0);
-            (0..joints.len()).filter(may).collect()
+    let is_open = joints.len() + 1 == reader.robot.bodies.len();
+    let is_chosen = |joint: usize, dof: usize| {
+        let effort = reader.efforts.get(&(joint, dof));
+        match joints[joint].dofs.len() {
+            1 if has_names => named.contains(&joint),
+            // An open chain: all joints that may have an effort, also those without a limit.
+            1 if is_open => effort != Some(&0.0),
+            // A plugin names a joint, not an axis of it. Joints with several axes are often passive and without limits.
+            _ => !has_names && effort.is_some_and(|effort| *effort > 0.0),
         }
-        false => chosen,
     };
-    let follows: Vec<usize> =
-        reader.robot.gearings.iter().map(|gearing| gearing.terms[0].0).collect();
-    let mut any = false;
-    let mut sorted = chosen;
-    sorted.sort_unstable();
-    sorted.dedup();
-    for joint in sorted {
-        if follows.contains(&joint) {
-            continue;
-        }
-        let effort = reader.efforts.get(&joint).copied();
+    let follows =
+        |joint: usize| reader.robot.gearings.iter().any(|gearing| gearing.terms[0].0 == joint);
+    let chosen: Vec<(usize, usize)> = (0..joints.len())
+        .flat_map(|joint| (0..joints[joint].dofs.len()).map(move |dof| (joint, dof)))
+        .filter(|&(joint, dof)| is_chosen(joint, dof) && !follows(joint))
+        .collect();
+    let any = !chosen.is_empty();
+    for (joint, dof) in chosen {
+        let effort = reader.efforts.get(&(joint, dof)).copied();
         let effort = effort.filter(|effort| *effort > 0.0 && *effort < UNLIMITED);
+        let rate = reader.rates.get(&(joint, dof)).copied();
         let content = &mut reader.robot.joints[joint];
-        if let [dof] = content.dofs.as_mut_slice() {
-            dof.actuated = true;
-            any = true;
-            let rate = reader.rates.get(&joint).copied();
-            if effort.is_some() || rate.is_some() {
-                reader.robot.motors.push(Motor {
-                    name: content.name.clone(),
-                    joint,
-                    dof: 0,
-                    gear: 1.0,
-                    effort,
-                    rate,
-                    place: content.place.clone(),
-                });
-            }
+        content.dofs[dof].actuated = true;
+        if effort.is_some() || rate.is_some() {
+            reader.robot.motors.push(Motor {
+                name: content.dof_name(dof),
+                joint,
+                dof,
+                gear: 1.0,
+                effort,
+                rate,
+                place: content.place.clone(),
+            });
         }
     }
     let message = match any {
