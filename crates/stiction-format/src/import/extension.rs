@@ -33,6 +33,9 @@ use toml::Table;
 /// Greatest sine of the angle between two directions that are the same in a file of nine digits.
 const SAME_AXIS: f64 = 1e-8;
 
+/// Greatest relative difference between the same friction in two elements of a file.
+const SAME_FRICTION: f64 = 1e-6;
+
 /// XML namespace of the extension elements.
 pub const NAMESPACE: &str = "urn:stiction:1";
 
@@ -224,6 +227,15 @@ pub(super) fn supersede(robot: &mut Description) {
         let own = &mut robot.joints[joint].dofs[dof];
         (own.spring, own.damping) = (None, 0.0);
     }
+    for joint in &mut robot.joints {
+        // The table describes the friction of the joint; the file contains it again for other programs.
+        let constant = joint.friction.as_ref().map_or(0.0, constant_friction);
+        if let [dof] = joint.dofs.as_mut_slice()
+            && (dof.friction - constant).abs() <= SAME_FRICTION * constant
+        {
+            dof.friction = 0.0;
+        }
+    }
     for (_, table) in robot.gearing_tables.clone() {
         let mut names = joint_names(&table);
         names.sort_unstable();
@@ -235,6 +247,13 @@ pub(super) fn supersede(robot: &mut Description) {
             own != names
         });
     }
+}
+
+/// Friction of a joint due to its preload alone, N or N m, according to a friction table in SI units.
+fn constant_friction(table: &Table) -> f64 {
+    let number = |key: &str| table.get(key).and_then(toml::Value::as_float);
+    let force = number("mu").unwrap_or(0.0) * number("preload").unwrap_or(0.0);
+    force * number("radius").unwrap_or(1.0)
 }
 
 /// Reports extension elements whose joint does not exist, and `from` elements that name a body that

@@ -1,6 +1,7 @@
 //! Extension elements of exported files. They contain properties of a mechanism that the target
 //! format cannot express, and only this program reads them.
 
+use super::dynamics;
 use super::model_file::{actuator, friction, gearing_table, joint, spring};
 use crate::job::friction_word;
 use stiction_core::joint::JointType;
@@ -157,7 +158,7 @@ pub(super) fn coordinates(home: &super::Home<'_>) -> Vec<Entry> {
 pub(super) fn notes(mechanism: &Mechanism) -> Vec<String> {
     let mut notes = Vec::new();
     let joints = mechanism.joints();
-    if joints.iter().any(|joint| !joint.friction.is_empty()) {
+    if !joints.iter().all(dynamics::is_complete) {
         notes.push("friction is in elements that only stiction reads".to_owned());
     }
     if !mechanism.springs().is_empty() || !mechanism.joint_springs().is_empty() {
@@ -170,7 +171,8 @@ pub(super) fn notes(mechanism: &Mechanism) -> Vec<String> {
         notes.push("bushings are in elements that only stiction reads".to_owned());
     }
     if !mechanism.drive_trains().is_empty() {
-        let kept = "except for the driven joints and the limits of effort and speed";
+        let kept =
+            "except for the driven joints, the limits of effort and speed, and friction of motors";
         notes.push(format!("motors and gears are in elements that only stiction reads, {kept}"));
     }
     let taken = super::mimic::all(mechanism);

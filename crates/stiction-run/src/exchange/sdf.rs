@@ -1,5 +1,6 @@
 //! Export to SDF: the links in the home position and all joints, including those that close loops.
 
+use super::dynamics;
 use super::extension::{self, Entry, six, tensor};
 use super::mimic::{self, Mimic};
 use super::names::Names;
@@ -157,6 +158,14 @@ fn write_joint(xml: &mut Xml, home: &Home<'_>, index: usize, bodies: &[String], 
             xml.text("velocity", &[], &numbers(&[rate]));
         }
         xml.close();
+        let dynamics = dynamics::attributes(mechanism, index);
+        if !dynamics.is_empty() {
+            xml.open("dynamics", &[]);
+            for (key, value) in dynamics {
+                xml.text(key, &[], &numbers(&[value]));
+            }
+            xml.close();
+        }
         if let Some(mimic) = mimics.iter().find(|mimic| mimic.follower == index) {
             let leader = mechanism.joints()[mimic.leader].name.clone();
             xml.open("mimic", &[("joint", leader), ("axis", "axis".into())]);

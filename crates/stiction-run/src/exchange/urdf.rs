@@ -5,6 +5,7 @@
 //! from the frame of the child link, the file inserts a link without mass between them, named after
 //! the joint.
 
+use super::dynamics;
 use super::extension::{self, Entry, angles, is_identity, tensor};
 use super::mimic::{self, Mimic};
 use super::names::Names;
@@ -225,6 +226,12 @@ impl Writer<'_> {
             let limits = [("effort", effort), ("velocity", rate)];
             let limits = limits.map(|(key, value)| (key, numbers(&[value.unwrap_or(WIDE)])));
             self.xml.empty("limit", &limits);
+        }
+        let dynamics = own.map(|own| dynamics::attributes(mechanism, own)).unwrap_or_default();
+        if !dynamics.is_empty() {
+            let all: Vec<_> =
+                dynamics.into_iter().map(|(key, value)| (key, numbers(&[value]))).collect();
+            self.xml.empty("dynamics", &all);
         }
         let mimic = self.mimics.iter().find(|mimic| Some(mimic.follower) == own);
         if let Some(&Mimic { leader, multiplier, offset, .. }) = mimic {

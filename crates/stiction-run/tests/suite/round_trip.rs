@@ -690,3 +690,87 @@ fn massless_bodies_between_joints_return_from_mjcf() {
         assert!((b - frictional).abs() < 1e-10, "{name}: {b} {frictional}");
     }
 }
+
+/// Constant friction and damping, with and without a motor.
+const DAMPED: &str = r#"
+name = "damped"
+gravity = [0, 0, -9.81]
+[bodies.a]
+mass = 1
+com = [0.1, 0, 0]
+inertia = [0.01, 0.01, 0.01]
+[bodies.b]
+mass = 1
+com = [0.1, 0.02, 0]
+inertia = [0.01, 0.01, 0.01]
+[joints.A]
+type = "R"
+from = "ground"
+to = "a"
+axis = "y"
+actuated = true
+friction = { mu = 1e-6, preload = "2e7 N", viscous = "0.5 N m s/rad", radius = "10 mm" }
+[joints.B]
+type = "P"
+from = "a"
+to = "b"
+axis = "x"
+friction = { viscous = "3 N s/m", mu = 0 }
+[actuators.M]
+joint = "B"
+lead = "10 mm/rev"
+motor_friction = { constant = "0.02 N m" }
+[springs.S]
+joint = "B"
+stiffness = "2 N/m"
+rest = 0
+damping = "0.5 N s/m"
+[motions.m]
+duration = "1 s"
+A = "0.3*sin(t/(1 s)) + 0.2"
+B = "0.03*sin(t/(1 s)) + 0.1"
+[loads.none]
+[default]
+motion = "m"
+load = "none"
+"#;
+
+#[test]
+fn constant_friction_and_damping_are_for_other_programs_too() {
+    let original = model_of("damped", DAMPED);
+    let job = default_job(&original, FrictionMode::Off);
+    let home = Home::of(&job).unwrap();
+    let (urdf, sdf) = (urdf(&home).unwrap(), sdf(&home).unwrap());
+    let number = |text: &str| text.trim_matches('"').parse::<f64>().unwrap();
+    let values = |text: &str, key: &str| -> Vec<f64> {
+        let start = format!(" {key}=");
+        let all = text.split(&start).skip(1);
+        all.map(|rest| number(rest.split([' ', '/']).next().unwrap())).collect()
+    };
+    let all = [values(&urdf.text, "damping"), values(&urdf.text, "friction")].concat();
+    let texts = |key: &str| -> Vec<f64> {
+        let start = format!("<{key}>");
+        let all = sdf.text.split(&start).skip(1);
+        all.map(|rest| number(rest.split('<').next().unwrap())).collect()
+    };
+    // The friction of the motor at the slide is 0.02 N m at a lead of 10 mm per revolution.
+    let expected = [0.5, 3.5, 0.2, 0.02 * std::f64::consts::TAU / 0.01];
+    for found in [all, [texts("damping"), texts("friction")].concat()] {
+        assert_eq!(found.len(), expected.len(), "{found:?}");
+        for (found, expected) in found.into_iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+        }
+    }
+    for notes in [urdf.notes, sdf.notes] {
+        assert!(!notes.iter().any(|note| note.contains("friction is in elements")), "{notes:?}");
+    }
+    // Both files contain these values a second time, in the elements of this program.
+    let expected = forces(&original, &original, 0.3).unwrap();
+    for format in [Format::Sdf, Format::Urdf] {
+        let found = forces(&original, &round_trip(&original, format), 0.3).unwrap();
+        for ((name, effort, frictional), (_, a, b)) in expected.efforts.iter().zip(&found.efforts) {
+            assert!((a - effort).abs() < 1e-12, "{format:?} {name}: {a} {effort}");
+            assert!((b - frictional).abs() < 1e-9, "{format:?} {name}: {b} {frictional}");
+        }
+    }
+}

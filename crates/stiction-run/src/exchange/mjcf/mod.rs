@@ -4,7 +4,7 @@
 mod between;
 mod contents;
 mod equalities;
-mod friction;
+pub(super) mod friction;
 mod inertia;
 mod notes;
 mod parts;
