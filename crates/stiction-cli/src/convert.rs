@@ -11,7 +11,8 @@ use stiction::{Conversion, Converted, Robot};
 
 pub(crate) fn run(options: &Convert) -> Result<(), Failure> {
     let text = sources::model_text(&options.model, &options.reading.import())?;
-    for remark in text.notes() {
+    // Remarks that affect results are warnings of the robot.
+    for remark in text.notes().iter().filter(|remark| !remark.affects_results) {
         note!("note: {}", remark.line());
     }
     let is_import = text.is_imported();

@@ -66,7 +66,8 @@ impl Failure {
             if !self.notes.is_empty() {
                 error["notes"] = json!(self.notes);
             }
-            let mut object = crate::answer::take().unwrap_or_else(|| json!({}));
+            let mut object =
+                crate::answer::take().unwrap_or_else(|| crate::answer::with_warnings(json!({})));
             object["error"] = error;
             let text = format!("{object:#}\n");
             // Standard error may still be open if standard output is closed.

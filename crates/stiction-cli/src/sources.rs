@@ -1,5 +1,6 @@
 //! Reads models, and suggests names similar to misspelt ones on the command line.
 
+use crate::answer;
 use crate::arguments::{Arguments, Filter, Model, Reading};
 use crate::failure::Failure;
 use crate::fold::folded_diagnostics;
@@ -10,7 +11,7 @@ use std::ffi::OsStr;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 use stiction::{Diagnostics, Import, ModelText, ReadProgress, Robot, gallery};
-use stiction_format::Motion;
+use stiction_format::{Motion, Note};
 
 /// Reads a robot from a model file, from standard input (`-`) or from the built-in models, with changed values.
 pub(crate) fn robot(name: &OsStr, changes: &[String], reading: &Reading) -> Result<Robot, Failure> {
@@ -19,7 +20,8 @@ pub(crate) fn robot(name: &OsStr, changes: &[String], reading: &Reading) -> Resu
 
 fn changed(name: &OsStr, changes: &[String], reading: &Reading) -> Result<ModelText, Failure> {
     let text = model_text(name, &reading.import())?;
-    let count = text.notes().len();
+    answer::warn(text.notes().iter().filter_map(Note::warning).map(|warning| warning.message));
+    let count = text.notes().iter().filter(|note| !note.affects_results).count();
     if count > 0 {
         let remarks = if count == 1 { "1 remark" } else { &format!("{count} remarks") };
         let shown = Path::new(name).display();

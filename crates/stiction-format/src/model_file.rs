@@ -441,6 +441,11 @@ impl AppliedWrench {
 }
 
 impl ModelFile {
+    /// Messages of the warnings that state how results differ from those of the imported robot file.
+    pub fn import_warnings(&self) -> impl Iterator<Item = String> {
+        self.warnings.iter().filter(|own| own.code == "import").map(|own| own.message.clone())
+    }
+
     /// Reads the files of the meshes; `files` returns the bytes of a file that the model names, or
     /// the reason for a failure. A mesh that cannot be shown adds a warning to `warnings`.
     pub fn load_meshes(&mut self, files: &dyn Fn(&str) -> Result<Vec<u8>, String>) {

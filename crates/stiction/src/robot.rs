@@ -103,7 +103,10 @@ impl Robot {
         Self { model: Arc::new(model), names, files, folder: None, text: None }
     }
 
-    pub(crate) fn of_text(model: ModelFile, text: ModelText) -> Self {
+    pub(crate) fn of_text(mut model: ModelFile, text: ModelText) -> Self {
+        for warning in text.notes().iter().filter_map(Note::warning) {
+            model.warnings.push(warning);
+        }
         Self { text: Some(Arc::new(text.clone())), ..Self::new(model, text.files().clone()) }
     }
 
@@ -117,7 +120,8 @@ impl Robot {
         &self.model.title
     }
 
-    /// Warnings about the model, each with its place. They do not affect results.
+    /// Warnings about the model, each with its place. Those with the code `import` state how results differ from those of
+    /// the imported robot file; the others do not affect results.
     pub fn warnings(&self) -> &Diagnostics {
         &self.model.warnings
     }

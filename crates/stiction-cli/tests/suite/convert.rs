@@ -180,3 +180,34 @@ fn existing_files_are_kept() {
         .stiction(&["convert", "four-bar", "--to", "json", "-o", "new/"])
         .fails(2, &["it is a folder"]);
 }
+
+/// Remarks that affect results are shown by every command, those that do not are counted.
+#[test]
+fn remarks_that_affect_results_are_shown_by_every_command() {
+    let folder = Folder::new("convert-warnings");
+    let text = "<mujoco><worldbody><body name='b'><joint name='j' axis='0 1 0'/><geom size='0.1' pos='0.2 0 0'/>
+        <body name='c' pos='0.2 0 0'><joint name='k' axis='0 1 0' armature='0.1'/><geom size='0.1' pos='0.1 0 0'/>
+        </body></body></worldbody><equality><joint joint1='k' joint2='j' polycoef='0 2 0 0 0'/></equality>
+        <actuator><motor joint='j'/></actuator></mujoco>";
+    folder.write("arm.xml", text);
+    let motion = ["--motion", "j = t; duration = 0.1 s"];
+    let lost = "the armature of a joint without a motor of its own";
+    for command in ["inverse", "check", "view"] {
+        let run = folder.stiction(&[&[command, "arm.xml"], &motion[..]].concat());
+        assert!(run.err.contains("warning[import]") && run.err.contains(lost), "{}", run.err);
+    }
+    let converted = folder.stiction(&["convert", "arm.xml"]).succeeds().to_owned();
+    assert!(converted.contains(lost), "{converted}");
+    for command in ["inverse", "check", "forward"] {
+        let motion = if command == "forward" { &["--until", "0.01 s"] } else { &motion[..] };
+        let run = folder.stiction(&[&[command, "arm.xml", "--json"], motion].concat());
+        let json: serde_json::Value = serde_json::from_str(&run.out).unwrap();
+        let warnings = json["warnings"].as_array().unwrap_or_else(|| panic!("{command}: {json}"));
+        let count = warnings.iter().filter(|own| own.as_str().unwrap().contains(lost)).count();
+        assert_eq!(count, 1, "{command}: {warnings:?}");
+    }
+    // Also if the command fails.
+    let run = folder.stiction(&["forward", "arm.xml", "--json", "--until=-1"]);
+    let json: serde_json::Value = serde_json::from_str(&run.out).unwrap();
+    assert!(json.get("error").is_some() && json["warnings"].to_string().contains(lost), "{json}");
+}

@@ -20,12 +20,38 @@ pub struct Note {
     pub message: String,
     /// Places in the robot file to which the remark refers.
     pub places: Vec<Place>,
+    /// True if results differ from those of the robot file, for example because a force is left out: every command shows
+    /// the remark as a warning.
+    pub affects_results: bool,
 }
 
 impl Note {
     /// The remark, preceded by its file and lines: `models/arm.urdf:12, 15: …`.
     pub fn line(&self) -> String {
         self.line_with(|name| name)
+    }
+
+    /// The remark as a warning of the model, if results differ from those of the robot file.
+    pub fn warning(&self) -> Option<Diagnostic> {
+        /// Number of places that the warning shows.
+        const SHOWN: usize = 3;
+        if !self.affects_results {
+            return None;
+        }
+        let message = self.message.strip_prefix("WARNING: ").unwrap_or(&self.message);
+        let more = match self.places.len().saturating_sub(SHOWN) {
+            0 => String::new(),
+            1 => ", here and at 1 more place".to_owned(),
+            more => format!(", here and at {more} more places"),
+        };
+        let mut warning = Diagnostic::warning("import", format!("{message}{more}"));
+        for (index, place) in self.places.iter().take(SHOWN).enumerate() {
+            warning = match index {
+                0 => warning.at(place.clone(), ""),
+                _ => warning.also(place.clone(), ""),
+            };
+        }
+        Some(warning)
     }
 
     /// The remark, preceded by its file and lines. `shown` converts the name of the file to the
@@ -100,13 +126,22 @@ impl<'a> Context<'a> {
 
     /// Adds a remark. Remarks with the same text are combined into one with all places.
     pub(super) fn note(&self, message: impl Into<String>, place: Option<Place>) {
-        let message = message.into();
+        self.remark(message.into(), place, false);
+    }
+
+    /// Adds a remark that every command shows as a warning, because results differ from those of the robot file.
+    pub(super) fn warn(&self, message: impl Into<String>, place: Option<Place>) {
+        self.remark(message.into(), place, true);
+    }
+
+    fn remark(&self, message: String, place: Option<Place>, affects_results: bool) {
         let mut notes = self.notes.borrow_mut();
         let mut known = self.known.borrow_mut();
         let index = *known.entry(message.clone()).or_insert_with(|| {
-            notes.push(Note { message, places: Vec::new() });
+            notes.push(Note { message, places: Vec::new(), affects_results });
             notes.len() - 1
         });
+        notes[index].affects_results |= affects_results;
         let same = |known: &Place, place: &Place| {
             Arc::ptr_eq(&known.source, &place.source)
                 && known.line_column().0 == place.line_column().0
@@ -115,6 +150,16 @@ impl<'a> Context<'a> {
             && !notes[index].places.last().is_some_and(|known| same(known, &place))
         {
             notes[index].places.push(place);
+        }
+    }
+
+    /// Puts back remarks that were taken.
+    pub(super) fn put_notes(&self, notes: Vec<Note>) {
+        for Note { message, places, affects_results } in notes {
+            let first = places.is_empty().then_some(None);
+            for place in places.into_iter().map(Some).chain(first) {
+                self.remark(message.clone(), place, affects_results);
+            }
         }
     }
 

@@ -266,7 +266,11 @@ pub(super) fn note_left(context: &Context<'_>, robot: &Description, entries: Vec
             true => format!("joint {name} does not connect the body {}", quoted(&entry.text)),
             false => format!("there is no joint {name} for <{}>", entry.kind),
         };
-        context.note(message, Some(entry.place));
+        let acts = ["friction", "coordinates", "start", "from"].contains(&entry.kind.as_str());
+        match acts {
+            true => context.warn(message, Some(entry.place)),
+            false => context.note(message, Some(entry.place)),
+        }
     }
 }
 

@@ -39,7 +39,7 @@ pub(super) fn settle(context: &Context<'_>, robot: &mut Description) {
             quoted(&motor.name),
             names.join(", ")
         );
-        context.note(message, motor.place);
+        context.warn(message, motor.place);
     }
 }
 

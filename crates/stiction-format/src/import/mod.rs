@@ -242,13 +242,6 @@ fn write(context: &Context<'_>, source: &Source, mut robot: Description) -> Opti
     let again = Context::new(context.files, context.literal);
     let text = text::write(&again, &robot, &draft);
     let text = with_legs(&again, &robot, &draft, &text, &read).unwrap_or(text);
-    for Note { message, places } in notes {
-        match places.as_slice() {
-            [] => context.note(message, None),
-            places => {
-                places.iter().for_each(|place| context.note(message.clone(), Some(place.clone())));
-            }
-        }
-    }
+    context.put_notes(notes);
     Some(text)
 }

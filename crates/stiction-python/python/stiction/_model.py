@@ -163,7 +163,11 @@ class Model:
 
     @property
     def warnings(self) -> list[str]:
-        """Warnings about the model, each with its place. They do not affect results."""
+        """Warnings about the model, each with its place.
+
+        Those that begin with `warning[import]` state how results differ from those of the
+        imported file; the others do not affect results.
+        """
         return self._native.warnings
 
     @property

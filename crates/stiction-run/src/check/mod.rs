@@ -256,7 +256,9 @@ fn examine_motion(
         samples: count,
         start,
         sizes: measuring.finish(),
-        warnings: mechanism.warnings().iter().map(ToString::to_string).collect(),
+        warnings: (mechanism.warnings().iter().map(ToString::to_string))
+            .chain(job.model.import_warnings())
+            .collect(),
         cautions: job.motion.cautions().chain(ranges.cautions()).collect(),
         ranges,
     };

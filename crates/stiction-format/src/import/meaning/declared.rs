@@ -36,7 +36,7 @@ pub(in crate::import) fn restore(context: &Context<'_>, robot: &mut Description)
                 kind.symbol(),
                 parts.join(", ")
             );
-            context.note(message, Some(entry.place));
+            context.warn(message, Some(entry.place));
         }
     }
 }

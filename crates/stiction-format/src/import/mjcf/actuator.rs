@@ -46,7 +46,7 @@ impl Reader<'_, '_> {
             return None;
         };
         if terms.iter().any(|(joint, _)| self.robot.joints[*joint].dofs.len() != 1) {
-            context.note("motors of ball and free joints are left out", Some(place));
+            context.warn("motors of ball and free joints are left out", Some(place));
             return None;
         }
         let terms: Vec<(usize, f64)> = terms.into_iter().filter(|term| term.1 != 0.0).collect();

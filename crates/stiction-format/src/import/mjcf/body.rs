@@ -102,7 +102,7 @@ impl Reader<'_, '_> {
         if element.number(self.context, "gravcomp").is_some_and(|part| part != 0.0) {
             let message =
                 "gravity compensation (gravcomp) is left out: the actuators carry the whole weight";
-            self.context.note(message, Some(element.place()));
+            self.context.warn(message, Some(element.place()));
         }
         let joint = |item: &&Item<'_>| matches!(item.element.tag.as_str(), "joint" | "freejoint");
         let joints: Vec<(Element, Pose<f64>)> = items

@@ -39,7 +39,7 @@ impl Reader<'_, '_> {
                     }
                     other => {
                         let message = format!("an equality of type {other} is left out");
-                        self.context.note(message, Some(element.place()));
+                        self.context.warn(message, Some(element.place()));
                         None
                     }
                 };
@@ -150,7 +150,7 @@ impl Reader<'_, '_> {
         coefficients.iter_mut().zip(given).for_each(|(known, value)| *known = value);
         if has_second && coefficients[2..].iter().any(|value| *value != 0.0) {
             let message = "a coupling with a nonlinear `polycoef` is left out";
-            self.context.note(message, Some(element.place()));
+            self.context.warn(message, Some(element.place()));
             return None;
         }
         Some([coefficients[0], coefficients[1]])
@@ -173,7 +173,7 @@ impl Reader<'_, '_> {
         let find = |key: &str| tendons.get(element.get(key)?.trim());
         let second = element.attribute("tendon2").is_some();
         let (Some(first), true) = (find("tendon1"), !second || find("tendon2").is_some()) else {
-            self.context.note(
+            self.context.warn(
                 "a coupling of tendons that are not sums of joint coordinates is left out",
                 place,
             );

@@ -66,7 +66,7 @@ impl Reader<'_, '_> {
                     "WARNING: body {} lacks the mass of a mesh, so results are wrong: {why}; {cure}",
                     quoted(body)
                 );
-                context.note(message, Some(geom.place()));
+                context.warn(message, Some(geom.place()));
                 return Mass::none();
             }
             Err(Lost { why, cure, .. }) => {

@@ -109,9 +109,12 @@ impl Reader<'_, '_> {
         if kind == JointType::Spherical {
             own.rotation = Pose::identity().rotation;
             joint.damping = self.first(element, "damping");
-            if element.attribute("range").is_some() || self.first(element, "stiffness") > 0.0 {
-                let message = "range and stiffness of ball joints are left out";
-                context.note(message, Some(element.place()));
+            let has_spring = self.first(element, "stiffness") > 0.0;
+            let message = "range and stiffness of ball joints are left out";
+            match element.attribute("range") {
+                _ if has_spring => context.warn(message, Some(element.place())),
+                Some(_) => context.note(message, Some(element.place())),
+                None => {}
             }
             self.note_left(element, "ball", &["armature", "frictionloss"]);
         } else {
@@ -137,7 +140,7 @@ impl Reader<'_, '_> {
     fn note_left(&self, element: &Element, kind: &str, keys: &[&str]) {
         for key in keys.iter().filter(|key| self.first(element, key) != 0.0) {
             let message = format!("`{key}` of a {kind} joint is left out");
-            self.context.note(message, Some(element.place()));
+            self.context.warn(message, Some(element.place()));
         }
     }
 
@@ -151,7 +154,7 @@ impl Reader<'_, '_> {
         let numbers = element.list(self.context, key).unwrap_or_default();
         if numbers.iter().skip(1).any(|number| *number != 0.0) {
             let message = format!("only the linear part of `{key}` is kept");
-            self.context.note(message, Some(element.place()));
+            self.context.warn(message, Some(element.place()));
         }
         numbers.first().copied().unwrap_or(0.0)
     }
@@ -172,7 +175,7 @@ impl Reader<'_, '_> {
         if damper.iter().any(|number| *number > 0.0) {
             let message = "springdamper (time constant and damping ratio) is left out: give `stiffness` \
                 and `damping` instead";
-            context.note(message, Some(element.place()));
+            context.warn(message, Some(element.place()));
         }
         if element.attribute("actuatorfrcrange").is_some() {
             let message =

@@ -57,7 +57,7 @@ impl Reader<'_, '_> {
                 if value != 0.0 {
                     let message =
                         format!("`{key}` of a <fixed> tendon that no motor drives is left out");
-                    self.context.note(message, Some(fixed.place.clone()));
+                    self.context.warn(message, Some(fixed.place.clone()));
                 }
             }
         }
@@ -90,7 +90,8 @@ impl Reader<'_, '_> {
             context.note(message, Some(element.place()));
         };
         if list("stiffness").iter().any(|value| *value != 0.0) {
-            left("stiffness");
+            let message = "`stiffness` of a tendon that couples joints is left out";
+            context.warn(message, Some(element.place()));
         }
         let value = |key: &str| list(key).first().copied().unwrap_or(0.0).max(0.0);
         let [armature, friction, damping] = ["armature", "frictionloss", "damping"].map(value);
@@ -139,17 +140,18 @@ impl Reader<'_, '_> {
         let (stiffness, damping) = (value("stiffness"), value("damping"));
         let place = || Some(element.place());
         if value("frictionloss") > 0.0 {
-            context.note("friction of a tendon is left out", place());
+            context.warn("friction of a tendon is left out", place());
         }
         let sites: Vec<(usize, _)> = element
             .all("site")
             .filter_map(|site| self.sites.get(site.get("site")?).copied())
             .collect();
         let ([(first, one), (second, two)], 2) = (sites.as_slice(), element.children.len()) else {
-            context.note(
-                "a tendon that is not a straight line between two sites is left out",
-                place(),
-            );
+            let message = "a tendon that is not a straight line between two sites is left out";
+            match stiffness > 0.0 || damping > 0.0 {
+                true => context.warn(message, place()),
+                false => context.note(message, place()),
+            }
             return;
         };
         if !(stiffness > 0.0 || damping > 0.0) {
@@ -165,7 +167,7 @@ impl Reader<'_, '_> {
             [length] => *length,
             [least, greatest, ..] => {
                 if least != greatest {
-                    context.note("the range of `springlength` is replaced by its mean", place());
+                    context.warn("the range of `springlength` is replaced by its mean", place());
                 }
                 0.5 * (least + greatest)
             }

@@ -247,7 +247,7 @@ impl Reader<'_, '_> {
         let has_one = |joint: usize| self.robot.joints[joint].dofs.len() == 1;
         if !has_one(own) || !has_one(other) || own == other {
             let message = "a coupling of joints with several coordinates is left out";
-            context.note(message, Some(mimic.place()));
+            context.warn(message, Some(mimic.place()));
             return None;
         }
         self.robot.gearings.push(Gearing {

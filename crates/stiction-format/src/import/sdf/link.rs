@@ -81,7 +81,7 @@ impl Reader<'_, '_> {
         let [[xx, yy, zz], [xy, xz, yz]] = [diagonal, products];
         if let Some(fluid) = inertial.child("fluid_added_mass") {
             let message = "the added mass of a fluid has no counterpart in the model";
-            context.note(message, Some(fluid.place()));
+            context.warn(message, Some(fluid.place()));
         }
         let inertia = symmetric([xx, yy, zz, xy, xz, yz]);
         Mass { mass, com: Vec3::zero(), inertia }.placed(pose(context, inertial))

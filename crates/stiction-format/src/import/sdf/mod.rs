@@ -150,7 +150,7 @@ impl Reader<'_, '_> {
                 let disabled = |child: &&Element| matches!(child.text.as_str(), "false" | "0");
                 if let Some(gravity) = link.child("gravity").filter(disabled) {
                     let message = "a link without gravity has no counterpart in the model";
-                    self.context.note(message, Some(gravity.place()));
+                    self.context.warn(message, Some(gravity.place()));
                 }
             }
             unread::note(self.context, &model.element, known::MODEL);

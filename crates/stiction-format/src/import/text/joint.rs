@@ -205,7 +205,7 @@ pub(super) fn friction(context: &Context<'_>, out: &mut String, robot: &Descript
     if places.is_empty() {
         if joint.dofs.iter().any(has) {
             let message = "damping and friction of joints of this type are left out";
-            context.note(message, joint.place.clone());
+            context.warn(message, joint.place.clone());
         }
         return;
     }

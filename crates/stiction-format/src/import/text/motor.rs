@@ -133,7 +133,7 @@ pub(super) fn write(
                 if own.armature > 0.0 {
                     let message = "the armature of a joint without a motor of its own has no counterpart in \
                                    the model: it is left out";
-                    context.note(message, joint.place.clone());
+                    context.warn(message, joint.place.clone());
                 }
                 continue;
             }

@@ -135,7 +135,7 @@ fn properties(context: &Context<'_>, element: &Element, joint: &mut Joint) {
         (JointType::Spherical, _) => joint.damping = shared.damping,
         _ if shared.damping != 0.0 || shared.friction != 0.0 => {
             let message = "damping and friction of floating and planar joints are left out";
-            context.note(message, place());
+            context.warn(message, place());
         }
         _ => {}
     }

@@ -8,6 +8,7 @@ mod legs;
 mod meaning;
 mod meshes;
 mod mujoco;
+mod remarks;
 mod tilts;
 mod tree;
 mod truths;

@@ -1,0 +1,45 @@
+//! Errors and remarks about the content of robot files: each states the value and a way out.
+
+use super::tree::convert;
+use stiction_format::Imported;
+
+/// Two links on hinges; `inertial` is the content of the second link, `more` that of the robot.
+fn arm(inertial: &str, limit: &str, more: &str) -> String {
+    let whole = "<mass value='2'/><inertia ixx='.02' iyy='.03' izz='.02' ixy='0' ixz='0' iyz='0'/>";
+    format!(
+        "<robot name='r'><link name='base'/><link name='a'><inertial>{whole}</inertial></link>
+        <link name='b'><inertial><origin xyz='0 0 .1'/>{}</inertial></link>
+        <joint name='j' type='revolute'><parent link='base'/><child link='a'/><axis xyz='0 1 0'/>{}</joint>
+        <joint name='k' type='revolute'><parent link='a'/><child link='b'/><origin xyz='0 0 .4' rpy='.1 .2 .3'/>
+        <axis xyz='0 0 1'/><limit lower='-1' upper='1' effort='5' velocity='2'/></joint>{more}</robot>",
+        if inertial.is_empty() { whole } else { inertial },
+        if limit.is_empty() { "<limit lower='-3' upper='3' effort='9' velocity='3'/>" } else { limit },
+    )
+}
+
+/// Remarks that every command shows as warnings.
+fn warnings(imported: &Imported) -> String {
+    let warnings = imported.notes.iter().filter_map(|note| note.warning());
+    warnings.map(|warning| format!("{} {:?}\n", warning.message, warning.place)).collect()
+}
+
+#[test]
+fn remarks_that_affect_results_are_warnings() {
+    let mjcf = |body: &str, joint: &str| {
+        format!(
+            "<mujoco><worldbody><body name='b' {body}><joint name='j' {joint}/><geom size='1'/></body></worldbody></mujoco>"
+        )
+    };
+    for (body, joint, expected) in [
+        ("", "armature='0.1'", "the armature of a joint without a motor"),
+        ("gravcomp='1'", "", "gravity compensation (gravcomp)"),
+        ("", "stiffness='1 2'", "only the linear part of `stiffness`"),
+        ("", "springdamper='1 1'", "springdamper"),
+        ("", "type='ball' armature='0.1'", "`armature` of a ball joint"),
+    ] {
+        let said = warnings(&convert("m.xml", &mjcf(body, joint)));
+        assert!(said.starts_with(expected) && said.contains("m.xml"), "{expected}: {said}");
+    }
+    // The range of a ball is a property that inverse dynamics does not use.
+    assert_eq!(warnings(&convert("m.xml", &mjcf("", "type='ball' range='0 1'"))), "");
+}
