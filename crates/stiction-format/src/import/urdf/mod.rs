@@ -44,7 +44,7 @@ pub(super) fn read(context: &Context<'_>, root: &Element, companion: &str) -> Op
             context.error("name", message, &link.place(), "");
             return None;
         }
-        let body = link_body(context, link, name);
+        let body = link_body(context, link, name, index == GROUND);
         match index {
             GROUND => ground(context, &mut robot, &body),
             _ => robot.bodies.push(body),
@@ -125,7 +125,8 @@ fn base_of(context: &Context<'_>, root: &Element) -> Option<String> {
     }
 }
 
-fn link_body(context: &Context<'_>, link: &Element, name: String) -> Body {
+/// Reads the mass and the meshes of a link. The mass of the link that `is_ground` has no effect.
+fn link_body(context: &Context<'_>, link: &Element, name: String, is_ground: bool) -> Body {
     let mut body = Body::massless(name, Some(link.place()));
     body.visuals = link.all("visual").filter_map(|visual| mesh_of(context, visual)).collect();
     let shapes = link.all("collision").filter_map(|shape| shape.child("geometry")?.child("mesh"));
@@ -138,15 +139,51 @@ fn link_body(context: &Context<'_>, link: &Element, name: String) -> Body {
     body.mass = mass.unwrap_or(0.0);
     body.com = origin.position;
     if let Some(inertia) = inertial.child("inertia") {
-        let keys = ["ixx", "iyy", "izz", "ixy", "ixz", "iyz"];
-        let entries = keys.map(|key| inertia.number(context, key).unwrap_or(0.0));
+        let entries = INERTIA.map(|key| inertia.number(context, key).unwrap_or(0.0));
         body.inertia = turned(symmetric(entries), origin.rotation);
+    }
+    if !is_ground {
+        note_missing(context, inertial, &body.name);
     }
     if body.mass < 0.0 {
         let message = format!("the mass of link {} is negative", quoted(&body.name));
         context.error("mass", message, &inertial.place(), "masses are at least 0 kg");
     }
     body
+}
+
+/// Attributes of `<inertia>`, which URDF requires.
+const INERTIA: [&str; 6] = ["ixx", "iyy", "izz", "ixy", "ixz", "iyz"];
+
+/// Warns of parts of an `inertial` element that URDF requires and the file lacks; they count as 0.
+fn note_missing(context: &Context<'_>, inertial: &Element, link: &str) {
+    let link = quoted(link);
+    if inertial.child("mass").is_none_or(|mass| mass.attribute("value").is_none()) {
+        let message = format!(
+            "the mass of link {link} is missing and counts as 0 kg: write <mass value=\"...\"/>"
+        );
+        context.warn(message, Some(inertial.place()));
+    }
+    let Some(inertia) = inertial.child("inertia") else {
+        let message = format!(
+            "the inertia of link {link} is missing and counts as 0 kg m^2: write <inertia> with {}",
+            INERTIA.join(", ")
+        );
+        context.warn(message, Some(inertial.place()));
+        return;
+    };
+    let missing = INERTIA.into_iter().filter(|key| inertia.attribute(key).is_none());
+    let missing: Vec<String> = missing.map(|key| format!("`{key}`")).collect();
+    if !missing.is_empty() {
+        let counts =
+            if missing.len() == 1 { "is missing and counts" } else { "are missing and count" };
+        let message = format!(
+            "{} of the inertia of link {link} {counts} as 0 kg m^2: write all of {}",
+            missing.join(", "),
+            INERTIA.join(", ")
+        );
+        context.warn(message, Some(inertia.place()));
+    }
 }
 
 /// Returns the mesh of a `visual` element; `None` if the element has no mesh or the mesh cannot be

@@ -62,11 +62,17 @@ fn read_transmission(
         return None;
     }
     let actuator = transmission.child("actuator");
-    let reduction = [actuator, Some(transmission)]
-        .into_iter()
-        .flatten()
-        .find_map(|element| element.child_number(context, "mechanicalReduction"));
-    let gear = reduction.filter(|gear| *gear != 0.0).unwrap_or(1.0);
+    let reduction = [actuator, Some(transmission)].into_iter().flatten().find_map(|element| {
+        let value = element.child_number(context, "mechanicalReduction")?;
+        Some((value, element.child("mechanicalReduction")?.place()))
+    });
+    if let Some((_, place)) = reduction.as_ref().filter(|(gear, _)| *gear == 0.0) {
+        let message = format!("the mechanicalReduction of {} is 0", transmission.title());
+        let help = "write the speed of the motor divided by that of the joint, or remove the element for 1";
+        context.error("transmission", message, place, help);
+        return None;
+    }
+    let gear = reduction.map_or(1.0, |(gear, _)| gear);
     robot.joints[index].dofs[0].actuated = true;
     robot.motors.push(Motor {
         name: actuator.and_then(|actuator| actuator.get("name")).unwrap_or(name).to_owned(),

@@ -1,6 +1,6 @@
 //! Errors and remarks about the content of robot files: each states the value and a way out.
 
-use super::tree::convert;
+use super::tree::{convert, refused};
 use stiction_format::Imported;
 
 /// Two links on hinges; `inertial` is the content of the second link, `more` that of the robot.
@@ -21,6 +21,42 @@ fn arm(inertial: &str, limit: &str, more: &str) -> String {
 fn warnings(imported: &Imported) -> String {
     let warnings = imported.notes.iter().filter_map(|note| note.warning());
     warnings.map(|warning| format!("{} {:?}\n", warning.message, warning.place)).collect()
+}
+
+#[test]
+fn missing_inertias_of_urdf_are_warnings_with_places() {
+    for (inertial, expected) in [
+        ("<mass value='2'/>", "the inertia of link `b` is missing and counts as 0 kg m^2"),
+        (
+            "<mass value='2'/><inertia ixx='.02' iyy='.03' izz='.02' ixy='0' ixz='0'/>",
+            "`iyz` of the inertia of link `b` is missing and counts as 0 kg m^2",
+        ),
+        (
+            "<inertia ixx='.02' iyy='.03' izz='.02' ixy='0' ixz='0' iyz='0'/>",
+            "the mass of link `b` is missing and counts as 0 kg",
+        ),
+    ] {
+        let imported = convert("r.urdf", &arm(inertial, "", ""));
+        let note = imported.notes.iter().find(|note| note.message.starts_with(expected));
+        let note = note.unwrap_or_else(|| panic!("{expected}: {:?}", imported.notes));
+        assert!(note.line().starts_with("r.urdf:2: ") && note.message.contains(": write "));
+        assert!(note.affects_results);
+    }
+    assert_eq!(warnings(&convert("r.urdf", &arm("", "", ""))), "");
+}
+
+#[test]
+fn a_reduction_of_zero_is_an_error() {
+    let transmission = |value: &str| {
+        format!(
+            "<transmission name='t'><joint name='k'/><actuator name='m'><mechanicalReduction>{value}\
+             </mechanicalReduction></actuator></transmission>"
+        )
+    };
+    let said = refused("r.urdf", &arm("", "", &transmission("0")));
+    assert!(said.contains("the mechanicalReduction of transmission `t` is 0"), "{said}");
+    assert!(said.contains("r.urdf:5:") && said.contains("help: write the speed"), "{said}");
+    assert!(convert("r.urdf", &arm("", "", &transmission("-4"))).text.contains("ratio = -4"));
 }
 
 #[test]
