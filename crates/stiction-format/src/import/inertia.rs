@@ -1,5 +1,6 @@
 //! Masses and inertias: checks, sums and changes of axes.
 
+use crate::diagnostic::{number, quoted};
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
 /// Mass, centre of mass, and inertia about the centre of mass, all in the same frame.
@@ -8,6 +9,11 @@ pub(super) struct Mass {
     pub(super) mass: f64,
     pub(super) com: Vec3<f64>,
     pub(super) inertia: Mat3<f64>,
+}
+
+/// Message for a negative mass, kg, of a body or link.
+pub(super) fn negative_mass(kind: &str, name: &str, mass: f64) -> String {
+    format!("the mass of {kind} {} is negative: {} kg", quoted(name), number(mass))
 }
 
 /// Creates a symmetric tensor from its six entries.

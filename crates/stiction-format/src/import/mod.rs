@@ -19,6 +19,7 @@ mod mesh;
 mod mjcf;
 mod names;
 mod position;
+mod relocate;
 mod rotation;
 mod sdf;
 mod shell;
@@ -228,10 +229,11 @@ fn write(context: &Context<'_>, source: &Source, mut robot: Description) -> Opti
     let read = |text: &str| {
         crate::read(&Source::new(name.clone(), text), &|_| Err("no files here".to_owned()))
     };
-    let model = match read(&text::write(context, &robot, &draft)) {
+    let text = text::write(context, &robot, &draft);
+    let model = match read(&text) {
         Ok(model) => model,
         Err(errors) => {
-            context.out.borrow_mut().append(errors);
+            context.append(relocate::to_robot_file(&robot, &text, errors));
             return None;
         }
     };

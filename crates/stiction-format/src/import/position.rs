@@ -18,6 +18,9 @@ const SAME: f64 = 1e-6;
 /// Maximum number of joint coordinates of the robot; for larger robots, loops are not closed.
 const MOST: usize = 400;
 
+/// Beginning of remarks on loops that no configuration closes.
+const OPEN: &str = "the loops do not close";
+
 type Fixed = Vec<(Coordinate, f64)>;
 
 /// Returns coordinates of all joints that are in no loop and have no gearing, with their values in
@@ -87,13 +90,17 @@ pub(super) fn assemble(
     let fixed = match with_locks(model, outside.clone()) {
         Ok(fixed) => fixed,
         Err(error) => {
-            let message = format!("the loops do not close: {error}");
-            context.note(message.trim_end_matches('.'), None);
+            // Some of these errors begin with the same words.
+            let message = match error.to_string() {
+                message if message.starts_with(OPEN) => message,
+                reason => format!("{OPEN}: {reason}"),
+            };
+            context.warn(message.trim_end_matches('.'), None);
             return None;
         }
     };
     let Some(assembled) = solver(model, &fixed) else {
-        context.note("the loops do not close near the position given in the file", None);
+        context.warn("the loops do not close near the position given in the file", None);
         return None;
     };
     take_position(context, robot, &assembled);

@@ -269,21 +269,40 @@ pub(super) fn numbers_in(context: &Context, text: &str, place: &Place) -> Option
     let mut numbers = Vec::new();
     for word in text.split([' ', '\t', '\n', '\r', ',']).filter(|word| !word.is_empty()) {
         let found: Option<f64> = word.parse().ok();
-        let message = match found {
+        let (message, help) = match found {
             Some(value) if value.abs() <= LARGEST => {
                 numbers.push(value);
                 continue;
             }
-            Some(value) if value.is_finite() => {
-                format!("{} is greater than {}", quoted(word), number(LARGEST))
-            }
-            Some(_) => format!("{} is not a finite number", quoted(word)),
-            None => format!("{} is not a number", quoted(word)),
+            Some(value) if value.is_finite() => (
+                format!("{} is greater than {}", quoted(word), number(LARGEST)),
+                "write a smaller number".to_owned(),
+            ),
+            Some(_) => (
+                format!("{} is not a finite number", quoted(word)),
+                "write a number that is finite; for a missing limit, a large one such as 1e9"
+                    .to_owned(),
+            ),
+            None => (format!("{} is not a number", quoted(word)), help_for(word)),
         };
-        context.error("number", message, place, "expected a number");
+        context.error("number", message, place, &help);
         return None;
     }
     Some(numbers)
+}
+
+/// Remedy for a word that is not a number.
+fn help_for(word: &str) -> String {
+    /// Greatest length of a word in which a number with a unit is sought, bytes.
+    const LONGEST: usize = 40;
+    let end = |(at, letter): (usize, char)| at + letter.len_utf8();
+    let mut ends = word.char_indices().map(end).filter(|_| word.len() <= LONGEST);
+    let is_number = |text: &str| text.parse::<f64>().is_ok_and(f64::is_finite);
+    let value = ends.rfind(|end| is_number(&word[..*end]));
+    match value {
+        Some(end) => format!("write {} without a unit: robot files have fixed units", &word[..end]),
+        None => "write a number, such as 0.25".to_owned(),
+    }
 }
 
 /// Reads exactly `N` numbers from a text; reports an error if the text has another count of
@@ -298,8 +317,17 @@ pub(super) fn array<const N: usize>(
     let found = <[f64; N]>::try_from(numbers).ok();
     if found.is_none() {
         let plural = if N == 1 { "" } else { "s" };
-        let message = format!("expected {N} number{plural}, found {count}");
-        context.error("number", message, place, "");
+        let shown = match text.trim() {
+            "" => String::new(),
+            text => format!(": {}", quoted(text)),
+        };
+        let message = format!("expected {N} number{plural}, found {count}{shown}");
+        let help = match N {
+            1 if text.contains(',') => "write the decimal point as a point, as in 2.5",
+            1 => "write one number",
+            _ => "separate the numbers by spaces",
+        };
+        context.error("number", message, place, help);
     }
     found
 }

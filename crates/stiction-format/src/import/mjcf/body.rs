@@ -1,7 +1,7 @@
 //! Reads the bodies of an MJCF file with their joints, masses and sites.
 
 use super::super::description::{Body, GROUND};
-use super::super::inertia::{Mass, symmetric};
+use super::super::inertia::{Mass, negative_mass, symmetric};
 use super::super::xml::Element;
 use super::Reader;
 use super::settings::{FromGeoms, pose_of_ends};
@@ -181,7 +181,7 @@ impl Reader<'_, '_> {
             None => mass,
         };
         if mass.mass < 0.0 {
-            let message = format!("the mass of body {} is negative", quoted(name));
+            let message = negative_mass("body", name, mass.mass);
             self.context.error("mass", message, &element.place(), "masses are at least 0 kg");
         }
         self.bounded(mass)

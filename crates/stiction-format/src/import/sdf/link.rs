@@ -1,7 +1,7 @@
 //! Reads the links of an SDF file.
 
 use super::super::description::{Body, VisualMesh};
-use super::super::inertia::{Mass, symmetric};
+use super::super::inertia::{Mass, negative_mass, symmetric};
 use super::super::mesh::{self, Content};
 use super::super::solid::{capsule, cuboid, cylinder, ellipsoid};
 use super::super::xml::Element;
@@ -36,8 +36,10 @@ impl Reader<'_, '_> {
             }
         };
         if mass.mass < 0.0 {
-            let message = format!("the mass of link {} is negative", quoted(&name));
-            context.error("mass", message, &link.place(), "masses are at least 0 kg");
+            let message = negative_mass("link", &name, mass.mass);
+            let place = link.child("inertial").and_then(|inertial| inertial.child("mass"));
+            let place = place.map_or_else(|| link.place(), Element::place);
+            context.error("mass", message, &place, "masses are at least 0 kg");
         }
         (body.mass, body.com, body.inertia) = (mass.mass, mass.com, mass.inertia);
         body.visuals = link.all("visual").filter_map(|visual| self.mesh_of(visual)).collect();

@@ -3,7 +3,7 @@
 use super::super::context::Context;
 use super::super::description::{Coordinate, Description, Joint};
 use super::numbers::{angle, axis, guess, is_none, length, lengths, quantity, rotation};
-use super::{comment, key, line, motor, text};
+use super::{comment, header, line, motor, text};
 use std::fmt::Write;
 use stiction_core::joint::{JointType, Motion};
 use stiction_core::spatial::Mat3;
@@ -27,7 +27,7 @@ pub(super) fn write(
     if let Some(remark) = &joint.comment {
         comment(out, remark);
     }
-    let header = format!("[joints.{}]", key(&joint.name));
+    let header = header("joints", &joint.name);
     let _ = writeln!(out, "{}", line(joint.place.as_ref(), &header));
     let _ = writeln!(out, "type = \"{}\"", joint.kind.symbol());
     let _ = writeln!(out, "from = {}", text(&robot.bodies[joint.from].name));

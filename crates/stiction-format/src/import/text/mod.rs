@@ -114,6 +114,11 @@ pub(super) fn write(context: &Context<'_>, robot: &Description, draft: &Draft<'_
     out
 }
 
+/// Header of the table of a part: `[joints.A]`.
+pub(super) fn header(kind: &str, name: &str) -> String {
+    format!("[{kind}.{}]", key(name))
+}
+
 /// Formats the header of a table, followed by a comment with the line number of the described part
 /// in the imported file.
 fn line(place: Option<&Place>, header: &str) -> String {
@@ -128,8 +133,7 @@ fn write_body(out: &mut String, body: &Body) {
     if let Some(remark) = &body.comment {
         comment(out, remark);
     }
-    let _ =
-        writeln!(out, "{}", line(body.place.as_ref(), &format!("[bodies.{}]", key(&body.name))));
+    let _ = writeln!(out, "{}", line(body.place.as_ref(), &header("bodies", &body.name)));
     mass_properties(out, body);
     if let Some(visuals) = visuals(body) {
         let _ = writeln!(out, "visual = {visuals}");

@@ -9,7 +9,7 @@ mod motors;
 use super::context::Context;
 use super::description::{Body, Description, GROUND, Joint, VisualMesh};
 use super::extension;
-use super::inertia::{symmetric, turned};
+use super::inertia::{negative_mass, symmetric, turned};
 use super::rotation;
 use super::unread;
 use super::xml::{EXPAND_XACRO, Element, XACRO};
@@ -146,8 +146,9 @@ fn link_body(context: &Context<'_>, link: &Element, name: String, is_ground: boo
         note_missing(context, inertial, &body.name);
     }
     if body.mass < 0.0 {
-        let message = format!("the mass of link {} is negative", quoted(&body.name));
-        context.error("mass", message, &inertial.place(), "masses are at least 0 kg");
+        let message = negative_mass("link", &body.name, body.mass);
+        let place = inertial.child("mass").map_or_else(|| inertial.place(), Element::place);
+        context.error("mass", message, &place, "masses are at least 0 kg");
     }
     body
 }

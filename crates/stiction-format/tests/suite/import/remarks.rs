@@ -60,6 +60,34 @@ fn a_reduction_of_zero_is_an_error() {
 }
 
 #[test]
+fn wrong_numbers_are_shown_with_a_way_out() {
+    let sdf = |mass: &str| {
+        format!(
+            "<sdf version='1.9'><model name='m'><link name='a'><inertial>\n<mass>{mass}</mass></inertial></link></model></sdf>"
+        )
+    };
+    let said = refused("m.sdf", &sdf("2,5"));
+    assert!(said.contains("expected 1 number, found 2: `2,5`"), "{said}");
+    assert!(said.contains("help: write the decimal point as a point"), "{said}");
+    let said = refused("m.sdf", &sdf("-2"));
+    assert!(said.contains("the mass of link `a` is negative: -2 kg"), "{said}");
+    assert!(said.contains("m.sdf:2:"), "{said}");
+    let said = refused("r.urdf", &arm("", "<limit lower='-inf' upper='3'/>", ""));
+    assert!(said.contains("help: write a number that is finite; for a missing limit"), "{said}");
+    let said = refused("r.urdf", &arm("<mass value='2kg'/>", "", ""));
+    assert!(said.contains("help: write 2 without a unit"), "{said}");
+}
+
+#[test]
+fn open_loops_are_stated_once() {
+    let closure = "<loop_joint name='l' type='revolute'><link1 link='b' xyz='0 0 .1' rpy='0 0 0'/>
+        <link2 link='base' xyz='0 0 .5' rpy='0 0 0'/></loop_joint>";
+    let imported = convert("r.urdf", &arm("", "", closure));
+    let said = warnings(&imported);
+    assert_eq!(said.matches("the loops do not close").count(), 1, "{said}");
+}
+
+#[test]
 fn remarks_that_affect_results_are_warnings() {
     let mjcf = |body: &str, joint: &str| {
         format!(
@@ -78,4 +106,13 @@ fn remarks_that_affect_results_are_warnings() {
     }
     // The range of a ball is a property that inverse dynamics does not use.
     assert_eq!(warnings(&convert("m.xml", &mjcf("", "type='ball' range='0 1'"))), "");
+}
+
+#[test]
+fn errors_in_extension_elements_have_places_in_the_robot_file() {
+    let text = "<mujoco>\n<custom><text name='urn:stiction:1/friction/j' data='mu = -0.1;;radius = 0.01'/></custom>\n\
+        <worldbody><body name='b'>\n<joint name='j'/><geom size='1'/></body></worldbody></mujoco>";
+    let said = refused("m.xml", text);
+    assert!(said.contains("m.xml:4:") && said.contains("friction = { mu = -0.1"), "{said}");
+    assert!(!said.contains("as a model file"), "{said}");
 }
