@@ -39,15 +39,31 @@ pub(crate) fn run(options: &Convert) -> Result<(), Failure> {
             print(&text)
         }
         Some(path) => {
-            write(path, text.as_bytes(), robot.files_read())?;
-            match beside {
-                Some(beside) => {
-                    write(&path.with_extension("yaml"), beside.as_bytes(), robot.files_read())
-                }
-                None => Ok(()),
+            let yaml = path.with_extension("yaml");
+            if let Some(beside) = &beside {
+                keep_foreign(&yaml, path, beside)?;
             }
+            write(path, text.as_bytes(), robot.files_read())?;
+            beside.map_or(Ok(()), |beside| write(&yaml, beside.as_bytes(), robot.files_read()))
         }
     }
+}
+
+/// Returns a failure if the file `yaml`, which the user did not name, exists and does not end with the line by which
+/// files of this program end.
+fn keep_foreign(yaml: &Path, named: &Path, text: &str) -> Result<(), Failure> {
+    let last = |text: &str| text.trim_end().lines().last().map(str::to_owned);
+    // A file that cannot be read as text is foreign.
+    let is_own = || std::fs::read_to_string(yaml).is_ok_and(|old| last(&old) == last(text));
+    if !yaml.is_file() || is_own() {
+        return Ok(());
+    }
+    let (yaml, named) = (yaml.display(), named.display());
+    let message = format!(
+        "cannot write {named}: its loop closures and motors belong into {yaml}, which exists and was not written by \
+         stiction"
+    );
+    Err(Failure::input(message).help("move that file, or give another name with -o"))
 }
 
 /// Chooses the output format: that of `--to`, else that of the output's file extension. Without

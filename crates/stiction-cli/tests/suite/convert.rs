@@ -181,6 +181,21 @@ fn existing_files_are_kept() {
         .fails(2, &["it is a folder"]);
 }
 
+/// The YAML file beside a URDF is not named by the user, so only a file of this program is replaced.
+#[test]
+fn a_foreign_yaml_file_is_kept() {
+    let folder = Folder::new("convert-yaml");
+    folder.write("robot.yaml", "closed_loop: [['a', 'b']]\n");
+    folder
+        .stiction(&["convert", "four-bar", "-o", "robot.urdf"])
+        .fails(2, &["robot.yaml, which exists and was not written by", "help: move that file"]);
+    assert_eq!(folder.read("robot.yaml"), "closed_loop: [['a', 'b']]\n");
+    assert!(!folder.0.join("robot.urdf").exists());
+    for _ in 0..2 {
+        folder.stiction(&["convert", "four-bar", "-o", "own.urdf"]).succeeds();
+    }
+}
+
 /// Remarks that affect results are shown by every command, those that do not are counted.
 #[test]
 fn remarks_that_affect_results_are_shown_by_every_command() {

@@ -182,6 +182,16 @@ impl Diagnostics {
         self.errors_omitted + self.warnings_omitted
     }
 
+    /// Appends a sentence to the remedy of each message.
+    pub(crate) fn explain(&mut self, reason: &str) {
+        for diagnostic in &mut self.list {
+            diagnostic.help = Some(match diagnostic.help.take() {
+                Some(help) => format!("{help}; {reason}"),
+                None => reason.to_owned(),
+            });
+        }
+    }
+
     pub(crate) fn add_omitted_errors(&mut self, count: usize) {
         self.errors_omitted += count;
     }

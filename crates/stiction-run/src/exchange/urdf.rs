@@ -40,6 +40,9 @@ struct Convention {
 /// Limit, in SI units, that the file contains for a quantity without a limit.
 const WIDE: f64 = 1e9;
 
+/// Last line of a YAML file that this program writes, and therefore may replace.
+const WRITTEN: &str = "# Written by stiction.";
+
 struct Writer<'a> {
     home: &'a Home<'a>,
     xml: Xml,
@@ -363,6 +366,7 @@ impl Convention {
             ("joint_name", list(self.types.iter().map(|(name, _)| quoted(name)).collect())),
             ("joint_type", list(self.types.iter().map(|(_, kind)| quoted(kind)).collect())),
         ];
-        Some(lines.map(|(key, value)| format!("{key}: {value}\n")).concat())
+        let lines = lines.map(|(key, value)| format!("{key}: {value}\n")).concat();
+        Some(format!("{lines}{WRITTEN}\n"))
     }
 }

@@ -11,6 +11,8 @@ use super::super::yaml::{self, Value, Word};
 use super::Tree;
 use super::joint::retype;
 use crate::diagnostic::{did_you_mean, quoted};
+use crate::source::Source;
+use std::sync::Arc;
 use stiction_core::joint::JointType;
 
 /// Information from the YAML file that affects how motors of the URDF file are read.
@@ -27,29 +29,69 @@ pub(super) fn read(
     name: &str,
     robot: &mut Description,
 ) -> Convention {
-    let mut convention = Convention { names_motors: false };
-    let found = [format!("{name}.yaml"), format!("{name}.yml"), "robot.yaml".to_owned()];
+    let found = [format!("{name}.yaml"), format!("{name}.yml"), SHARED.to_owned()];
     let Some(source) = found.iter().find_map(|name| context.text(name).ok()) else {
-        return convention;
+        return Convention { names_motors: false };
     };
-    let entries = match yaml::parse(&source) {
+    let before = context.out.take();
+    let convention = read_file(context, tree, &source, robot);
+    let mut own = context.out.replace(before);
+    if source.name == SHARED && name != "robot" {
+        own.explain(&format!(
+            "{SHARED} is read because it is in the folder of this URDF file and there is no {name}.yaml; if it \
+             belongs to another robot, move it, or write an empty file {name}.yaml"
+        ));
+    }
+    context.append(own);
+    convention
+}
+
+/// Name of the YAML file that is read for every URDF file of its folder without a YAML file of its own.
+const SHARED: &str = "robot.yaml";
+
+/// Keys of the convention.
+const KEYS: [&str; 5] = ["closed_loop", "type", "name_mot", "joint_name", "joint_type"];
+
+fn read_file(
+    context: &Context<'_>,
+    tree: &Tree,
+    source: &Arc<Source>,
+    robot: &mut Description,
+) -> Convention {
+    let mut convention = Convention { names_motors: false };
+    let not_read = || {
+        let keys = KEYS.map(quoted).join(", ");
+        let message = format!(
+            "the YAML file {} is not read: it has none of the keys {keys}",
+            quoted(&source.name)
+        );
+        context.note(message, None);
+    };
+    let entries = match yaml::parse(source) {
         Ok(entries) => entries,
         // A file with the same name may serve another purpose.
-        Err(_) if !source.text.contains("closed_loop") => return convention,
+        Err(_) if !source.text.contains("closed_loop") => {
+            not_read();
+            return convention;
+        }
         Err(error) => {
             context.append(error);
             return convention;
         }
     };
     let get = |key: &str| entries.iter().find(|(known, _)| known.text == key);
-    if get("closed_loop").is_none() && get("name_mot").is_none() {
+    if KEYS.iter().all(|key| get(key).is_none()) {
+        if !entries.is_empty() {
+            not_read();
+        }
         return convention;
     }
     for (key, _) in &entries {
-        let known = ["closed_loop", "type", "name_mot", "joint_name", "joint_type"];
-        if !known.contains(&key.text.as_str()) {
-            let message = format!("the unknown key {} is left out", quoted(&key.text));
-            context.note(message, Some(key.place.clone()));
+        if !KEYS.contains(&key.text.as_str()) {
+            let help = did_you_mean(&key.text, "keys", KEYS).unwrap_or_default();
+            let help = if help.is_empty() { help } else { format!("; {help}") };
+            let message = format!("the unknown key {} is left out{help}", quoted(&key.text));
+            context.warn(message, Some(key.place.clone()));
         }
     }
     if let (Some((_, names)), Some((key, types))) = (get("joint_name"), get("joint_type")) {

@@ -1,7 +1,7 @@
 //! Errors and remarks about the content of robot files: each states the value and a way out.
 
-use super::tree::{convert, refused};
-use stiction_format::Imported;
+use super::tree::{convert, refused, with_files};
+use stiction_format::{ImportOptions, Imported, Source, import};
 
 /// Two links on hinges; `inertial` is the content of the second link, `more` that of the robot.
 fn arm(inertial: &str, limit: &str, more: &str) -> String {
@@ -106,6 +106,49 @@ fn remarks_that_affect_results_are_warnings() {
     }
     // The range of a ball is a property that inverse dynamics does not use.
     assert_eq!(warnings(&convert("m.xml", &mjcf("", "type='ball' range='0 1'"))), "");
+}
+
+#[test]
+fn yaml_files_that_are_read_unasked_are_explained() {
+    let text = arm("", "", "");
+    let read = |name: &'static str, yaml: &'static str| {
+        let load = move |wanted: &str| match wanted == name {
+            true => Ok(yaml.as_bytes().to_vec()),
+            false => Err("there is no such file".to_owned()),
+        };
+        import(&Source::new("arm.urdf", &text), ImportOptions::default(), &load)
+    };
+    let foreign = "closed_loop: [['x.from', 'x.to']]\ntype: ['3d']\n";
+    let said = read("robot.yaml", foreign).unwrap_err().to_string();
+    let unwrapped = said.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(unwrapped.contains("robot.yaml is read because it is in the folder"), "{said}");
+    assert!(unwrapped.contains("write an empty file arm.yaml"), "{said}");
+    // The file of the same name belongs to the robot.
+    let said = read("arm.yaml", foreign).unwrap_err().to_string();
+    assert!(said.contains("there is no joint or link `x.from`"), "{said}");
+    assert!(!said.contains("is read because"), "{said}");
+    let both = [("arm.yaml", ""), ("robot.yaml", foreign)];
+    assert!(!with_files("arm.urdf", &text, &both, false).text.contains("closure"));
+}
+
+#[test]
+fn unknown_keys_of_yaml_files_are_reported() {
+    let notes = |yaml: &str| {
+        let imported = with_files("arm.urdf", &arm("", "", ""), &[("arm.yaml", yaml)], false);
+        imported.notes.iter().map(|note| format!("{}\n", note.line())).collect::<String>()
+    };
+    assert!(notes("foo: bar\n").contains("the YAML file `arm.yaml` is not read: it has none of"));
+    let said = notes("name_mot: [k]\nclosed_lop: []\n");
+    assert!(said.contains("arm.yaml:2: the unknown key `closed_lop` is left out"), "{said}");
+    assert!(said.contains("did you mean `closed_loop`?"), "{said}");
+    // Types of joints alone are read, too.
+    let imported = with_files(
+        "arm.urdf",
+        &arm("", "", ""),
+        &[("arm.yaml", "joint_name: [k]\njoint_type: [FIXED]\n")],
+        false,
+    );
+    assert!(imported.text.contains("type = \"fixed\""), "{}", imported.text);
 }
 
 #[test]
