@@ -13,6 +13,8 @@ use crate::parameters::Parameters;
 /// assert_eq!(seconds("0.25"), Ok(0.25));
 /// assert_eq!(seconds("250 ms"), Ok(0.25));
 /// assert_eq!(seconds("3 mm").unwrap_err(), "expected a time, found a length");
+/// assert_eq!(seconds("2 deg").unwrap_err(), "expected a time, found an angle");
+/// assert_eq!(seconds("20 %").unwrap_err(), "expected a time, found a number in percent");
 /// ```
 ///
 /// # Errors
@@ -71,9 +73,11 @@ fn quantity(text: &str, measure: Measure) -> Result<f64, String> {
         return Err("a frequency is in cycles per second: divide an angular frequency by 2*pi rad"
             .to_owned());
     }
-    match dimension.same(measure.dimension()) || dimension.same(Dimension::NONE) {
-        true => Ok(quantity.value),
-        false => Err(format!("expected {}, found {}", measure.words().noun, dimension.describe())),
+    match measure.complaint(dimension) {
+        None => Ok(quantity.value),
+        Some(_) => {
+            Err(format!("expected {}, found {}", measure.words().noun, dimension.describe()))
+        }
     }
 }
 
@@ -87,6 +91,7 @@ fn quantity(text: &str, measure: Measure) -> Result<f64, String> {
 /// assert_eq!(stroke.to_unit("mm"), Ok(300.0));
 /// assert_eq!(stroke.to_unit("kg").unwrap_err(), "a length cannot be in kg");
 /// assert!(Amount::parse("2*l1").is_err());
+/// assert!(Amount::parse("50 %").unwrap().to_unit("rad").is_err());
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Amount {
@@ -139,7 +144,10 @@ impl Amount {
             unit => unit_of(unit).map_err(|fault| format!("`{unit}`: {}", fault.message)),
         };
         let ((own, dimension), (other, expected)) = (read(&self.unit)?, read(unit)?);
-        if !dimension.same(expected) || self.unit.is_empty() || unit.is_empty() {
+        let is_alike = dimension.same(expected)
+            && dimension.is_angle() == expected.is_angle()
+            && dimension.is_ratio() == expected.is_ratio();
+        if !is_alike || self.unit.is_empty() || unit.is_empty() {
             return Err(match self.unit.as_str() {
                 "" => format!("{} has no unit, but {unit} is expected", self.number),
                 _ if unit.is_empty() => {

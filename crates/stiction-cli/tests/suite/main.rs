@@ -20,6 +20,7 @@ mod inverse;
 mod load_formulas;
 mod manners;
 mod npz;
+mod options;
 mod pages;
 mod paths;
 mod program;

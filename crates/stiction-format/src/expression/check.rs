@@ -75,8 +75,8 @@ pub(crate) fn of_one_kind(
     let read = |time: Dimension| {
         let (a, first) = analyse(&programs[0], scope, time).map_err(|fault| (fault, false))?;
         let (b, second) = analyse(&programs[1], scope, time).map_err(|fault| (fault, true))?;
-        let is_bare = |d: Dimension| d.is_none() && !d.is_angle();
-        if a.same(b) || is_bare(a) || is_bare(b) {
+        let is_alike = a.same(b) && a.is_ratio() == b.is_ratio();
+        if is_alike || a.is_bare() || b.is_bare() {
             return Ok([first, second]);
         }
         let (found, expected) = (b.describe(), a.describe());
@@ -159,7 +159,7 @@ fn dimension_of(
     let too_large = || Fault::new(span.clone(), "the powers of the units are too large", "");
     match op {
         Op::Negate => Ok(a),
-        Op::Add | Op::Subtract if a.same(b) => Ok(if a.is_angle() { a } else { b }),
+        Op::Add | Op::Subtract if a.same(b) => Ok(a.sum(b)),
         Op::Add | Op::Subtract => {
             let verb = if op == Op::Add { "added to" } else { "subtracted from" };
             let (a_words, b_words) = (a.describe(), b.describe());

@@ -6,8 +6,9 @@ use std::fmt::Write;
 /// cube and fourth roots are exact.
 const ONE: i16 = 12;
 
-/// Dimension of a quantity. Angles are dimensionless; the power of the angle unit is stored only to
-/// distinguish an angle from a plain number, so that `30 deg` given as a length is an error.
+/// Dimension of a quantity. Angles and percentages are dimensionless; the powers of their units are
+/// stored only to distinguish them from plain numbers, so that `30 deg` and `50 %` given as a length
+/// are errors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub(crate) struct Dimension {
     metre: i16,
@@ -15,14 +16,17 @@ pub(crate) struct Dimension {
     second: i16,
     ampere: i16,
     radian: i16,
+    percent: i16,
 }
 
 impl Dimension {
-    pub(crate) const NONE: Self = Self { metre: 0, kilogram: 0, second: 0, ampere: 0, radian: 0 };
+    pub(crate) const NONE: Self =
+        Self { metre: 0, kilogram: 0, second: 0, ampere: 0, radian: 0, percent: 0 };
     pub(crate) const LENGTH: Self = Self::of(1, 0, 0);
     pub(crate) const MASS: Self = Self::of(0, 1, 0);
     pub(crate) const TIME: Self = Self::of(0, 0, 1);
     pub(crate) const ANGLE: Self = Self { radian: ONE, ..Self::NONE };
+    pub(crate) const PERCENT: Self = Self { percent: ONE, ..Self::NONE };
 
     /// Dimension with these integer powers of m, kg, s.
     pub(crate) const fn of(metre: i16, kilogram: i16, second: i16) -> Self {
@@ -50,15 +54,32 @@ impl Dimension {
         self.is_none() && self.radian != 0
     }
 
+    /// Tests if the dimension is that of a number in percent and contains no other unit.
+    pub(crate) fn is_ratio(self) -> bool {
+        self.is_none() && self.radian == 0 && self.percent != 0
+    }
+
+    /// Tests if the dimension is that of a number without any unit, also without `deg` and `%`.
+    pub(crate) fn is_bare(self) -> bool {
+        self.is_none() && !self.is_angle() && !self.is_ratio()
+    }
+
     /// Tests if the power of the angle unit is not 0.
     pub(crate) fn has_angle(self) -> bool {
         self.radian != 0
     }
 
-    /// Tests if quantities of the two dimensions can be added; powers of the angle unit are
-    /// ignored.
+    /// Tests if quantities of the two dimensions can be added; powers of the angle unit and of
+    /// percent are ignored.
     pub(crate) fn same(self, other: Self) -> bool {
-        Self { radian: 0, ..self } == Self { radian: 0, ..other }
+        Self { radian: 0, percent: 0, ..self } == Self { radian: 0, percent: 0, ..other }
+    }
+
+    /// Dimension of a sum of quantities of dimensions that are [`same`](Self::same).
+    pub(crate) fn sum(self, other: Self) -> Self {
+        // An angle or a ratio plus a plain number remains an angle or a ratio.
+        let is_kept = self.is_angle() || (self.is_ratio() && !other.is_angle());
+        if is_kept { self } else { other }
     }
 
     /// Tests if the power of time is not 0.
@@ -91,8 +112,9 @@ impl Dimension {
             kilogram: scale(self.kilogram)?,
             second: scale(self.second)?,
             ampere: scale(self.ampere)?,
-            // The angle is informative and never causes an error.
+            // The angle and percent are informative and never cause an error.
             radian: scale(self.radian).unwrap_or(0),
+            percent: scale(self.percent).unwrap_or(0),
         })
     }
 
@@ -103,6 +125,7 @@ impl Dimension {
             second: op(self.second, other.second)?,
             ampere: op(self.ampere, other.ampere)?,
             radian: op(self.radian, other.radian).unwrap_or(0),
+            percent: op(self.percent, other.percent).unwrap_or(0),
         })
     }
 
@@ -110,6 +133,9 @@ impl Dimension {
     pub(crate) fn describe(self) -> String {
         if self.is_angle() {
             return "an angle".to_owned();
+        }
+        if self.is_ratio() {
+            return "a number in percent".to_owned();
         }
         NAMES.iter().find(|(dimension, _)| dimension.same(self)).map_or_else(
             || format!("a quantity in {}", self.units()),

@@ -179,16 +179,18 @@ impl Measure {
 
     /// Returns `None` if a quantity of dimension `found` is acceptable, otherwise a function that
     /// creates the error message for a place in the text. A plain number is accepted and read in SI
-    /// units. An angle is not accepted where a length is expected.
+    /// units. An angle is not accepted where a length is expected, and a number in percent only
+    /// where a plain number is expected.
     pub(crate) fn complaint(self, found: Dimension) -> Option<impl FnOnce(Span) -> Fault> {
         let expected = self.dimension();
-        let bare = found.is_none() && (!found.is_angle() || expected.is_none());
+        let bare = found.is_none() && (found.is_bare() || expected.is_none());
         let number_from_angle = self == Self::Number && found.is_angle();
+        let percent = !matches!(self, Self::Number | Self::Any) && found.is_ratio();
         let fine = self == Self::Any || expected.same(found) || bare;
         // An angular frequency differs from the frequency by 2 pi.
         let turns = self == Self::Frequency && found.has_angle();
         let cycles = self == Self::AngularSpeed && !bare && !found.has_angle();
-        (!fine || number_from_angle || turns || cycles).then_some(move |span| {
+        (!fine || number_from_angle || percent || turns || cycles).then_some(move |span| {
             Fault::new(
                 span,
                 format!("expected {}, found {}", self.expected(), found.describe()),

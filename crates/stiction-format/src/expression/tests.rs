@@ -225,3 +225,30 @@ proptest! {
         }
     }
 }
+
+/// Checks that angles and numbers in percent are accepted only where such a quantity is meant, and
+/// plain numbers everywhere.
+#[test]
+fn angles_and_percentages_are_no_dimensioned_quantities() {
+    let is_accepted = |text: &str, measure: Measure| {
+        let scope = scope();
+        let constant = parse(text, &scope, false).and_then(|program| constant(&program, &scope));
+        let in_time = in_time(text, &scope, measure).is_ok();
+        let is_accepted = measure.complaint(constant.unwrap().dimension).is_none();
+        assert_eq!(in_time, is_accepted, "{text} {measure:?}");
+        is_accepted
+    };
+    for measure in [Measure::Time, Measure::Mass, Measure::Length, Measure::Frequency] {
+        for text in ["50 %", "2*50 %", "1 + 5 %", "-(50 %)", "max(5 %, 6 %)", "20 deg"] {
+            assert!(!is_accepted(text, measure), "{text} {measure:?}");
+        }
+        assert!(is_accepted("0.5", measure) && is_accepted("50 %/(10 %)", measure));
+    }
+    assert!(
+        is_accepted("50 %*2 kg", Measure::Mass) && is_accepted("2 kg + 5 %*1 kg", Measure::Mass)
+    );
+    assert!(is_accepted("12 %", Measure::Number) && is_accepted("1 - 5 %", Measure::Number));
+    assert!(!is_accepted("2 deg", Measure::Number));
+    assert!(is_accepted("2 deg", Measure::Angle) && !is_accepted("50 %", Measure::Angle));
+    assert!(is_accepted("50 %*2 deg", Measure::Angle) && is_accepted("0.1", Measure::Angle));
+}

@@ -58,7 +58,6 @@ const fn unit(name: &'static str, factor: f64, ten: i32, dimension: Dimension) -
     Unit { name, scale: Scale { factor, ten }, dimension }
 }
 
-const NONE: Dimension = Dimension::NONE;
 const LENGTH: Dimension = Dimension::LENGTH;
 const MASS: Dimension = Dimension::MASS;
 const TIME: Dimension = Dimension::TIME;
@@ -110,7 +109,7 @@ pub(crate) const UNITS: &[Unit] = &[
     unit("MPa", 1.0, 6, PRESSURE),
     unit("GPa", 1.0, 9, PRESSURE),
     unit("bar", 1.0, 5, PRESSURE),
-    unit("%", 1.0, -2, NONE),
+    unit("%", 1.0, -2, Dimension::PERCENT),
     unit("A", 1.0, 0, CURRENT),
     unit("mA", 1.0, -3, CURRENT),
 ];

@@ -94,7 +94,9 @@ impl Reader<'_> {
         };
         if let Some(unit) = unit {
             match unit_of(unit) {
-                Ok((scale, found)) if expected.same(found) => meaning.factor = scale.apply(1.0),
+                Ok((scale, found)) if expected.same(found) && !found.is_ratio() => {
+                    meaning.factor = scale.apply(1.0);
+                }
                 Ok((_, found)) => {
                     let message = format!("{} has the unit of {}", quoted(label), found.describe());
                     let label = format!("expected {}", expected.describe());

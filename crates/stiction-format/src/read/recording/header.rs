@@ -313,7 +313,7 @@ fn read_unit(
     };
     let per_time = Dimension::TIME.power(f64::from(order)).unwrap_or(Dimension::NONE);
     let expected = measure.dimension().over(per_time).unwrap_or(Dimension::NONE);
-    if expected.same(found) && !(found.is_none() && found.is_angle() && !expected.is_angle()) {
+    if expected.same(found) && !found.is_ratio() && (!found.is_angle() || expected.is_angle()) {
         return Some(scale);
     }
     let message =
