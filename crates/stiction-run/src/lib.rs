@@ -84,5 +84,6 @@ pub use names::heading;
 pub use portrait::Portrait;
 pub use sink::Sink;
 pub use stiction_draw::figure::Figure;
+pub use stiction_draw::numbers::number;
 pub use table::Table;
 pub use view::{View, draw_view};

@@ -22,6 +22,7 @@ use stiction_run::forward::{
     Animation, ControlLaw, Ending, Feed, Job, Measured, Outcome, Recorder, RunCheckpoint,
     Sample as Record, Start as JobStart, Stop, StopFunction, arrange,
 };
+use stiction_run::number;
 use stiction_run::{Sink, SinkError};
 
 /// Request for forward dynamics (a simulation) of a robot. Set the options, then call
@@ -342,7 +343,7 @@ impl Forward {
     /// The tolerance is not between 1e-14 and 1e-2.
     pub fn tolerance(mut self, tolerance: f64) -> Result<Self, Error> {
         if !(1e-14..=1e-2).contains(&tolerance) {
-            return Err(Error::input(format!("the tolerance is {tolerance}"))
+            return Err(Error::input(format!("the tolerance is {}", number(tolerance)))
                 .with_help("give a relative error between 1e-14 and 1e-2, for example 1e-10")
                 .with_option("tolerance"));
         }

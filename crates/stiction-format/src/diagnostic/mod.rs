@@ -4,7 +4,7 @@ mod render;
 mod words;
 
 pub use words::did_you_mean;
-pub(crate) use words::{nearest, number, or, quoted};
+pub(crate) use words::{least, nearest, number, or, quoted};
 
 use crate::source::{Place, Source};
 use serde_json::{Value, json};

@@ -89,6 +89,18 @@ pub(crate) fn number(x: f64) -> String {
     if x == 0.0 || (1e-4..1e7).contains(&size) { format!("{x}") } else { format!("{x:e}") }
 }
 
+/// Formats a positive least value with four significant digits, rounded up, so that the number shown
+/// is sufficient.
+pub(crate) fn least(x: f64) -> String {
+    if !(x.is_finite() && x > 0.0) {
+        return number(x);
+    }
+    let digit = 10f64.powi(x.log10().floor() as i32 - 3);
+    // Values that round-off raises above four digits are not rounded up.
+    let up = (x / digit * (1.0 - 1e-9)).ceil() * digit;
+    format!("{up:.3e}").parse().map_or_else(|_| number(x), number)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -122,5 +134,10 @@ mod tests {
         assert_eq!(number(-9.81), "-9.81");
         assert_eq!(number(1e300), "1e300");
         assert_eq!(number(2e-5), "2e-5");
+        assert_eq!(least(0.981_747_704_246_810_5), "0.9818");
+        assert_eq!(
+            (least(1.875), least(1.875 + 1e-15), least(9999.5)),
+            ("1.875".into(), "1.875".into(), "10000".into())
+        );
     }
 }

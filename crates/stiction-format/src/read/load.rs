@@ -4,7 +4,7 @@ use super::context::{Context, Record};
 use super::measured::{self, Effort};
 use super::names::Names;
 use super::path::{Leaf, leaves};
-use crate::diagnostic::{Diagnostic, did_you_mean, quoted};
+use crate::diagnostic::{Diagnostic, did_you_mean, number, quoted};
 use crate::document::{Key, Table, Value};
 use crate::expression::Measure;
 use crate::fields::tables::{BODY_LOAD, LOAD, PAYLOAD};
@@ -76,12 +76,20 @@ fn payload(context: &Context<'_>, names: &Names, entry: &Value) -> Option<Payloa
             .push(Diagnostic::error("range", message).at(context.place(&record.span(key)), label));
     };
     if let Some(mass) = mass.filter(|mass| *mass <= 0.0) {
-        refuse("mass", format!("`mass` is {mass} kg, but must be greater than 0"), "out of range");
+        refuse(
+            "mass",
+            format!("`mass` is {} kg, but must be greater than 0", number(mass)),
+            "out of range",
+        );
         return None;
     }
     let (from, until) = (from?, until?);
     if until <= from {
-        let message = format!("the part is placed at {until} s, but picked up at {from} s");
+        let message = format!(
+            "the part is placed at {} s, but picked up at {} s",
+            number(until),
+            number(from)
+        );
         refuse("until", message, "expected a later time");
         return None;
     }

@@ -2,6 +2,7 @@
 
 use super::IdentifyError as Error;
 use super::prepare::MeasuredLog;
+use crate::names::Names;
 use stiction_core::dynamics::{InverseDynamics, Settings};
 use stiction_core::kinematics::{Coordinate, Target, locks};
 use stiction_core::mechanism::Mechanism;
@@ -138,6 +139,8 @@ pub(super) struct EffortColumn {
     pub(super) column: usize,
     /// Factor that converts the values of the column to the effort at the joint, N or N m.
     pub(super) factor: f64,
+    /// SI unit of the values of the column.
+    pub(super) unit: &'static str,
     /// Index of the drive train if the column contains the current of its motor and the model lacks
     /// the torque constant. `factor` then assumes 1 N m/A.
     pub(super) unknown: Option<usize>,
@@ -149,7 +152,8 @@ pub(super) fn chosen_efforts(
     mechanism: &Mechanism,
     log: &MeasuredLog,
 ) -> Result<(Vec<EffortColumn>, bool), Error> {
-    let count = mechanism.actuators().count();
+    let drives = Names::new(mechanism).drives;
+    let count = drives.len();
     // A table that inverse dynamics has written contains the efforts of the joints and of their
     // motors. The efforts of the joints are then used.
     let (mut found, mut by_motors) = (vec![None; count], vec![None; count]);
@@ -157,7 +161,9 @@ pub(super) fn chosen_efforts(
     for (index, column) in log.log.columns.iter().enumerate() {
         let (train_index, per_torque) = match column.role {
             LogRole::Effort(actuator) => {
-                found[actuator] = Some(EffortColumn { column: index, factor: 1.0, unknown: None });
+                let unit = drives[actuator].1;
+                let own = EffortColumn { column: index, factor: 1.0, unit, unknown: None };
+                found[actuator] = Some(own);
                 continue;
             }
             LogRole::MotorTorque(train) => (train, Some(1.0)),
@@ -175,7 +181,8 @@ pub(super) fn chosen_efforts(
         if let Some(actuator) = actuator {
             let factor = per_torque.unwrap_or(1.0) * train.transmission();
             let unknown = per_torque.is_none().then_some(train_index);
-            let own = EffortColumn { column: index, factor, unknown };
+            let unit = if matches!(column.role, LogRole::Current(_)) { "A" } else { "N m" };
+            let own = EffortColumn { column: index, factor, unit, unknown };
             if let Some(EffortColumn { column: other, .. }) = by_motors[actuator] {
                 twice = Some([other, index].map(|k: usize| &log.log.columns[k].name));
             }

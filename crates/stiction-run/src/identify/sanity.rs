@@ -4,6 +4,7 @@ use super::identified::{Combined, Named, Prediction};
 use super::prepare::Prepared;
 use super::run::differences;
 use nalgebra::DVector;
+use stiction_draw::numbers::number;
 use stiction_identify::{
     BaseParameters, Estimate, FitVerdict, Kind, LeftOut, Options, Parameter, Verdict,
 };
@@ -350,7 +351,9 @@ pub(super) fn fit_verdict(
             "plain least squares is refused: in cross-validation, without the prior, the squared \
              residuals of left-out blocks of the logs are {:.1} times those of the fit ({:.1} \
              times with the prior of {} equivalent samples)",
-            left_out.plain, left_out.ratio, estimate.strength
+            left_out.plain,
+            left_out.ratio,
+            number(estimate.strength)
         ));
     }
     if left_out.ratio > 2.0 {

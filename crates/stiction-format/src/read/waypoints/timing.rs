@@ -4,7 +4,7 @@ use super::Channel;
 use super::curve::Curve;
 use super::fastest::fastest;
 use super::limits::Limited;
-use crate::diagnostic::{Diagnostic, number};
+use crate::diagnostic::{Diagnostic, least, number};
 use crate::document::Table;
 use crate::fields::tables::WAYPOINT;
 use crate::read::context::Record;
@@ -146,8 +146,8 @@ impl Timing<'_> {
                 return fastest;
             }
         };
-        let least = fastest.as_ref().map_or(0.0, |fastest| fastest.duration);
-        if duration <= 0.0 || duration < least * (1.0 - ROUNDING) {
+        let shortest = fastest.as_ref().map_or(0.0, |fastest| fastest.duration);
+        if duration <= 0.0 || duration < shortest * (1.0 - ROUNDING) {
             let message = match duration <= 0.0 {
                 true => format!(
                     "the move to this waypoint takes {} s, but must take more than 0 s",
@@ -156,7 +156,7 @@ impl Timing<'_> {
                 false => format!(
                     "the move takes {} s, but its limits require at least {} s",
                     number(duration),
-                    number(least)
+                    least(shortest)
                 ),
             };
             context.push(

@@ -8,6 +8,7 @@ use crate::identify::IdentifyError as Error;
 use crate::identify::chosen::{Chosen, refuse};
 use std::f64::consts::{PI, TAU};
 use stiction_core::kinematics::Target;
+use stiction_draw::numbers::number;
 use stiction_format::{LowPass, Signal};
 
 /// Number of evaluations of the regressor per period of the cut-off frequency.
@@ -148,20 +149,30 @@ impl<'a> Used<'a> {
         self.stretches.iter().map(|ends| filter::within(&self.times, *ends)).collect()
     }
 
-    /// Returns a caution that names the spikes of a column; `None` if there are no spikes.
-    pub(super) fn spikes_caution(&self, column: &str, spikes: &Spikes) -> Option<String> {
-        let first = spikes.samples.first()?;
-        let lines = spikes.samples.iter().take(NAMED);
-        let lines: Vec<String> =
-            lines.map(|&k| self.log.log.lines[self.rows[k]].to_string()).collect();
+    /// Returns a caution that names the spikes of a column with values in `unit`; `None` if there
+    /// are no spikes.
+    pub(super) fn spikes_caution(
+        &self,
+        (column, unit): (&str, &str),
+        spikes: &Spikes,
+    ) -> Option<String> {
+        let first = *spikes.samples.first()?;
+        let line = |k: &usize| self.log.log.lines[self.rows[*k]].to_string();
+        let (size, time) = (number(spikes.largest), self.times[first]);
+        let log = &self.log.name;
+        if spikes.samples.len() == 1 {
+            return Some(format!(
+                "{log}: `{column}` has 1 sample that stands out from its neighbours, by {size} {unit}; it is \
+                 replaced by interpolation, at {time:.4} s: line {}",
+                line(&first)
+            ));
+        }
+        let lines: Vec<String> = spikes.samples.iter().take(NAMED).map(line).collect();
         let more = if spikes.samples.len() > NAMED { " and others" } else { "" };
         Some(format!(
-            "{}: `{column}` has {} samples that stand out from their neighbours, by up to {:.4} in SI units; they are \
-             replaced by interpolation, first at {:.4} s: lines {}{more}",
-            self.log.name,
+            "{log}: `{column}` has {} samples that stand out from their neighbours, by up to {size} {unit}; they are \
+             replaced by interpolation, first at {time:.4} s: lines {}{more}",
             spikes.samples.len(),
-            spikes.largest,
-            self.times[*first],
             lines.join(", ")
         ))
     }
@@ -213,10 +224,16 @@ pub(super) fn filtered(
     }
     cautions.extend(used.jitter_caution());
     let mut measured: Vec<Vec<f64>> = chosen.iter().map(|c| used.pick(c.column())).collect();
-    for (chosen, values) in chosen.iter().zip(&mut measured) {
+    for ((chosen, values), is_angle) in chosen.iter().zip(&mut measured).zip(is_angle) {
         let spikes = spikes::replace(&used.times, values, &used.samples(), 0.0);
         let name = &log.log.columns[chosen.column()].name;
-        cautions.extend(used.spikes_caution(name, &spikes));
+        let unit = match (is_angle, chosen.position.is_some()) {
+            (true, true) => "rad",
+            (true, false) => "rad/s",
+            (false, true) => "m",
+            (false, false) => "m/s",
+        };
+        cautions.extend(used.spikes_caution((name, unit), &spikes));
     }
     let is_encoder = |k: usize| is_angle[k] && chosen[k].position.is_some();
     // Full turns are added to encoder angles only within each of the spans, because a joint may

@@ -323,7 +323,7 @@ pub(super) fn measured(
     });
     let mut raw: Vec<Vec<f64>> = each.collect();
     let mut saturated = vec![false; used.times.len()];
-    for (EffortColumn { column, .. }, values) in efforts.iter().zip(&mut raw) {
+    for (EffortColumn { column, factor, unit, .. }, values) in efforts.iter().zip(&mut raw) {
         let name = &log.log.columns[*column].name;
         if values.iter().all(|x| *x == values[0]) {
             return Err(refuse(
@@ -340,8 +340,10 @@ pub(super) fn measured(
                 log.name, log.log.lines[used.rows[first]]
             ));
         }
-        let spikes = spikes::replace(&used.times, values, &used.samples(), HARMLESS);
-        cautions.extend(used.spikes_caution(name, &spikes));
+        let mut spikes = spikes::replace(&used.times, values, &used.samples(), HARMLESS);
+        // Cautions name the values of the log.
+        spikes.largest /= factor.abs();
+        cautions.extend(used.spikes_caution((name, unit), &spikes));
     }
     let write = |k: usize, out: &mut [f64]| {
         for (slot, values) in out.iter_mut().zip(&raw) {
