@@ -194,6 +194,28 @@ fn spikes_are_named_and_replaced() {
     assert_eq!(result["verdict"], "identified", "{cautions}");
 }
 
+/// Checks that a single wrong number, however large, is named and does not change the fit.
+#[test]
+fn one_absurd_number_is_named_and_left_out() {
+    let folder = Folder::new("identify-absurd");
+    for (absurd, says) in [
+        ("1e6", "1 sample that stands out from its neighbours, by 1.000e6 N m"),
+        ("1e200", "is 1e200"),
+    ] {
+        let with = |(k, line): (usize, &str)| match line.rsplit_once(',') {
+            Some((before, _)) if k == 700 => format!("{before},{absurd}"),
+            _ => line.to_owned(),
+        };
+        let text: Vec<String> = log(1, effort).lines().enumerate().map(with).collect();
+        let result = identified(&folder, &text.join("\n"), "");
+        let cautions = result["cautions"].to_string();
+        assert!(cautions.contains(says) && cautions.contains("line 701"), "{cautions}");
+        let (off, sigma) = error(&result, "bar.mx", MOMENT);
+        assert!(off.abs() < 3.5 && sigma < 0.02, "{absurd}: {off} {sigma}");
+        assert_eq!(result["verdict"], "identified", "{cautions}");
+    }
+}
+
 /// A filter with a cut-off frequency near that of the motion removes part of the motion: the
 /// estimated inertia is too large, and the reported bias agrees with the error.
 #[test]

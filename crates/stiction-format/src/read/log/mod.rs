@@ -8,9 +8,10 @@ mod layout;
 mod preamble;
 
 use super::actuators::Actuators;
+use super::context::LARGEST;
 use super::names::Names;
 use crate::contents::Contents;
-use crate::diagnostic::{Diagnostic, Diagnostics, quoted};
+use crate::diagnostic::{Diagnostic, Diagnostics, number, quoted};
 use crate::model_file::ModelFile;
 use crate::signal::recorded::lines::{Cells, Delimiter, lines, parse_number, unify_line_ends};
 use crate::source::{Place, Source, Span};
@@ -309,7 +310,7 @@ impl Reader<'_> {
             .iter()
             .map(|m| LogColumn { name: m.name.clone(), role: m.role, values: Vec::new() })
             .collect();
-        let (mut line, mut counted, mut number) = (1, 0, 0);
+        let (mut line, mut counted, mut index) = (1, 0, 0);
         let (mut has_ambiguous_times, mut has_repeated_times) = (false, false);
         let mut row = vec![0.0; meanings.len()];
         for span in all {
@@ -339,7 +340,19 @@ impl Reader<'_> {
                 match read.filter(|x| x.is_finite()) {
                     // Denormal numbers come from faulty conversions. They are accepted, and are
                     // practically zero.
-                    Some(x) => *value = meaning.factor * (x + meaning.offset),
+                    Some(x) => {
+                        *value = meaning.factor * (x + meaning.offset);
+                        // Squares of larger numbers in the regression would overflow.
+                        if meaning.role != LogRole::Time && value.abs() > LARGEST {
+                            fault.get_or_insert_with(|| {
+                                format!(
+                                    "`{}` is {}, but the maximum magnitude in SI units is {LARGEST:e}",
+                                    meaning.name,
+                                    number(x)
+                                )
+                            });
+                        }
+                    }
                     None => {
                         fault.get_or_insert_with(|| {
                             let shown: String = content.chars().take(30).collect();
@@ -367,10 +380,10 @@ impl Reader<'_> {
             let last = log.times.last().copied();
             let now = match (time, self.format.step) {
                 (Some(time), _) => row[time],
-                (None, Some(step)) => step * f64::from(number),
+                (None, Some(step)) => step * f64::from(index),
                 (None, None) => log.times.len() as f64,
             };
-            number += 1;
+            index += 1;
             if fault.is_none() && log.has_jumped_before(now) {
                 let jump = format!(
                     "the time {} s is not earlier than the time of the next row, {now} s",

@@ -238,3 +238,17 @@ fn times_of_two_numbers_are_refused() {
     let found = read_with(decimal, &[], &[], None).unwrap();
     assert_eq!((found.times[0], found.times[1]), (300.0, 300.5));
 }
+/// Checks that a number whose square could overflow invalidates its row only.
+#[test]
+fn absurd_numbers_are_bad_rows() {
+    let header = "time [s],left_motor.effort,left_motor,right_motor";
+    for absurd in ["1e31", "-1e160", "1e200", "1e308"] {
+        let found = log(header, &[&format!("0.3,{absurd},1,1")], &[]).unwrap();
+        assert_eq!((found.times.len(), found.bad_rows.count), (30, 1), "{absurd}");
+        let (line, why) = &found.bad_rows.named[0];
+        assert_eq!(*line, 32);
+        assert!(why.contains(absurd) && why.contains("1e30"), "{why}");
+    }
+    assert_eq!(log(header, &["0.3,1e29,1,1"], &[]).unwrap().times.len(), 31);
+}
+
