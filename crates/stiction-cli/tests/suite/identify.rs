@@ -225,6 +225,18 @@ fn unusable_input_is_refused() {
     let good = log(&folder, "none", 6, 1.0);
     folder.write("good.csv", &good);
     folder.write("short.csv", &good.lines().take(60).collect::<Vec<_>>().join("\n"));
+    // The positions of the first row, and no efforts of the second motor.
+    let first: Vec<&str> = good.lines().nth(1).unwrap().split(',').collect();
+    let [mut rest, mut one] = [0, 1].map(|_| good.lines().next().unwrap().to_owned());
+    one = one.rsplit_once(',').unwrap().0.to_owned();
+    for line in good.lines().skip(1) {
+        let cells: Vec<&str> = line.split(',').collect();
+        let still = [cells[0], first[1], first[2], cells[3], cells[4]];
+        rest += &format!("\n{}", still.join(","));
+        one += &format!("\n{}", cells[..4].join(","));
+    }
+    folder.write("rest.csv", &rest);
+    folder.write("one.csv", &one);
     folder.write("unknown.csv", &good.replacen("left_motor [rad]", "left_moter [rad]", 1));
     folder.write("unit.csv", &good.replacen("left_motor.effort [N m]", "left_motor.effort [N]", 1));
     folder.write("effort.csv", &good.replacen("left_motor.effort", "left_elbow.effort", 1));
@@ -235,6 +247,8 @@ fn unusable_input_is_refused() {
     };
     run("missing.csv", &[]).fails(2, &["cannot read missing.csv"]);
     run("short.csv", &[]).fails(2, &["independent samples", "for 65 parameters"]);
+    run("rest.csv", &[]).fails(2, &["a joint is at rest", "too few for 65 parameters"]);
+    run("one.csv", &[]).fails(2, &["no effort of right_motor", "`right_motor.effort [N m]`"]);
     run("unknown.csv", &[]).fails(2, &["left_moter", "left_motor"]);
     run("unit.csv", &[]).fails(2, &["`left_motor.effort` has the unit of a force"]);
     run("effort.csv", &[]).fails(2, &["left_elbow", "has no actuator"]);

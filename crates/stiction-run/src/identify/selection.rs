@@ -262,6 +262,20 @@ pub(super) fn enough(
     let samples = fits().map(samples).sum::<f64>() as usize;
     let free = free_groups(parameters, options).len();
     if samples < free {
+        let (at_rest, rows) = fits().fold((0, 0), |(at_rest, rows), log| {
+            (at_rest + log.at_rest, rows + log.times.len() * log.block.channels.len())
+        });
+        if 2 * at_rest > rows {
+            return Err(refuse(
+                format!(
+                    "{at_rest} of {rows} rows of the filtered logs are left out, because a joint is at rest there and \
+                     its friction is known only within limits; {samples} independent samples of efforts remain, too \
+                     few for {free} parameters"
+                ),
+                "log a motion in which all joints with friction move; if they move in this log, check the columns \
+                 and units of the positions",
+            ));
+        }
         return Err(refuse(
             format!(
                 "the filtered logs have only {samples} independent samples of efforts, too few for {free} parameters"

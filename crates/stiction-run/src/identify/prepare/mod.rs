@@ -92,6 +92,8 @@ pub(super) struct Prepared {
     pub(super) instants: Vec<(f64, [Vec<f64>; 3])>,
     /// Times of the rows of the regression, s.
     pub(super) times: Vec<f64>,
+    /// Number of rows of all actuators that are left out because a joint is at rest.
+    pub(super) at_rest: usize,
     /// Data for the regression columns of the friction coefficients.
     mu: MuColumns,
     /// Filtered direction of motion and filtered rate, m/s or rad/s, in the regression rows of each
@@ -251,6 +253,7 @@ impl Prepared {
             name: log.name.clone(),
             predict: log.settings.predict,
             times: assembled.at,
+            at_rest: assembled.at_rest,
             directions: assembled.directions,
             known: assembled.known,
             block: assembled.block,

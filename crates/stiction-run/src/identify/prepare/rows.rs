@@ -81,6 +81,8 @@ pub(super) struct Assembled {
     /// Times of all rows of the regression, s.
     pub(super) at: Vec<f64>,
     pub(super) standstills: Vec<Standstill>,
+    /// Number of rows of all actuators that are left out because a joint is at rest.
+    pub(super) at_rest: usize,
 }
 
 /// Results of the regressor at one instant.
@@ -415,7 +417,7 @@ pub(super) fn assembled(
     let effort = |k: usize, channel: usize| measured.rows[kept[k]][channel];
     let standstills = rests::standstills(&at, is_resting, effort, (actuators, position));
     let (mut channels, mut directions, mut known) = (Vec::new(), Vec::new(), Vec::new());
-    let mut effects = Vec::new();
+    let (mut effects, mut at_rest) = (Vec::new(), 0);
     let joints = model.mechanism.joints();
     let names = model.mechanism.actuators().map(|(joint, dof)| joints[joint.0].actuator_name(dof));
     for (channel, actuator) in names.enumerate() {
@@ -439,6 +441,7 @@ pub(super) fn assembled(
         }
         let resting = (0..at.len()).filter(|&k| filtered[k][base + 2].abs() >= RESTING).count();
         if resting > 0 && used.len() < at.len() {
+            at_rest += at.len() - used.len();
             cautions.push(format!(
                 "{name}: {} of {} rows of {actuator} are left out, because a joint is at rest \
                  there and its friction is known only within limits",
@@ -471,7 +474,7 @@ pub(super) fn assembled(
     let spacing = spacing.map(|cutoff| (ROWS_PER_PERIOD * cutoff).recip());
     let mut block = Block::new(channels, independence);
     block.spacing = spacing;
-    Assembled { block, directions, known, effects, at, standstills }
+    Assembled { block, directions, known, effects, at, standstills, at_rest }
 }
 
 /// Writes the regression columns of the effort terms, which the options define by formulas, at one instant.
