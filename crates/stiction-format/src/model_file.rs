@@ -1,6 +1,6 @@
 //! A model: a mechanism, its motions and its loads.
 
-use crate::diagnostic::Diagnostics;
+use crate::diagnostic::{Diagnostics, number};
 use crate::law::Law;
 use crate::parameters::Parameters;
 use crate::signal::Signal;
@@ -381,6 +381,37 @@ impl LoadCase {
         }
         changes.sort_by(|a, b| a.time.total_cmp(&b.time).then(a.picked_up.cmp(&b.picked_up)));
         changes
+    }
+
+    /// Returns a caution for each payload that is never carried between two times, s.
+    pub fn cautions(&self, mechanism: &Mechanism, (start, end): (f64, f64)) -> Vec<String> {
+        let is_carried = |payload: &Payload| match start < end {
+            true => payload.from.max(start) + SAME_TIME < payload.until.min(end),
+            false => payload.is_carried(start, Side::After),
+        };
+        let never = self.payloads.iter().filter(|payload| !is_carried(payload));
+        let caution = |payload: &Payload| {
+            let body = &mechanism.bodies()[payload.body.0].name;
+            let (mass, reason) = (
+                number(payload.part.mass),
+                match payload.from + SAME_TIME < end {
+                    true => format!(
+                        "is placed at {} s, but the computation begins at {} s",
+                        number(payload.until),
+                        number(start)
+                    ),
+                    false => format!(
+                        "is picked up at {} s, but the computation ends at {} s",
+                        number(payload.from),
+                        number(end)
+                    ),
+                },
+            );
+            format!(
+                "the payload of {mass} kg on `{body}` is never carried: it {reason}; correct its `from` and `until`"
+            )
+        };
+        never.map(caution).collect()
     }
 
     /// Returns the mechanism with the payloads that are carried just after `time`, s, fixed to

@@ -71,6 +71,14 @@ impl<'a> Job<'a> {
         Instants::of(self.motion, self.step)
     }
 
+    /// Returns cautions about the samples of a recorded motion, and about payloads that are never
+    /// carried during the motion.
+    pub(crate) fn cautions(&self) -> Vec<String> {
+        let ends = (self.motion.start, self.motion.start + self.motion.duration);
+        let of_load = self.load.cautions(&self.model.mechanism, ends);
+        self.motion.cautions().chain(of_load).collect()
+    }
+
     /// Assembles the mechanism at the pose that the motion prescribes at an instant, s.
     ///
     /// # Errors

@@ -150,3 +150,47 @@ fn slips_of_units_are_named() {
         assert!(warnings.to_string().contains(says), "{wrong}: {warnings}");
     }
 }
+/// A drive train whose losses follow from its efficiency.
+const WINCH: &str = "\
+gravity = [0, 0, 0]
+[bodies.drum]
+mass = 1
+com = [0, 0, 0]
+inertia = [1, 1, 1]
+[joints.A]
+type = \"R\"
+from = \"ground\"
+to = \"drum\"
+axis = \"z\"
+[actuators.M]
+joint = \"A\"
+ratio = 10
+efficiency = 0.8
+[loads.late]
+[[loads.late.payload]]
+body = \"drum\"
+mass = 2
+from = \"15 s\"
+[[loads.late.payload]]
+body = \"drum\"
+mass = 3
+until = \"1 s\"
+";
+
+fn winch() -> Source {
+    Source::new("winch.toml", WINCH)
+}
+
+#[test]
+fn payloads_that_are_never_carried_are_named() {
+    let model = read(&winch(), &|_| Err(String::new())).unwrap();
+    let load = model.load("late").unwrap();
+    let said = |ends: (f64, f64)| load.cautions(&model.mechanism, ends);
+    let late = "the payload of 2 kg on `drum` is never carried: it is picked up at 15 s, but the \
+                computation ends at 2 s; correct its `from` and `until`";
+    assert_eq!(said((0.0, 2.0)), [late]);
+    assert_eq!(said((0.0, 15.0)).len(), 1);
+    assert_eq!(said((0.0, 15.5)).len(), 0);
+    assert!(said((1.0, 20.0))[0].contains("placed at 1 s, but the computation begins at 1 s"));
+    assert_eq!((said((0.5, 0.5)).len(), said((1.0, 1.0)).len()), (1, 2));
+}

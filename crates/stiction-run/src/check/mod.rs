@@ -259,7 +259,7 @@ fn examine_motion(
         warnings: (mechanism.warnings().iter().map(ToString::to_string))
             .chain(job.model.import_warnings())
             .collect(),
-        cautions: job.motion.cautions().chain(ranges.cautions()).collect(),
+        cautions: job.cautions().into_iter().chain(ranges.cautions()).collect(),
         ranges,
     };
     let own = warnings::warnings(&findings, job);

@@ -162,9 +162,11 @@ impl Job<'_> {
         }
     }
 
-    /// Returns warnings about the samples of a recorded motion, one text for each warning.
+    /// Returns warnings about the samples of a recorded motion and about payloads that are never
+    /// carried, one text for each warning.
     pub(super) fn cautions(&self) -> Vec<String> {
-        self.motion.iter().flat_map(|motion| motion.cautions()).collect()
+        let of_load = self.load.cautions(&self.model.mechanism, (self.from, self.until));
+        self.motion.iter().flat_map(|motion| motion.cautions()).chain(of_load).collect()
     }
 
     /// Returns whether a controller or a control law acts.

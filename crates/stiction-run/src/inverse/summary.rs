@@ -218,7 +218,8 @@ impl Summary {
 
     /// Lists doubts about the recorded motion, excursions of joints beyond their ranges, and exceeded limits of motors.
     pub(super) fn cautions(&self, job: &Job<'_>) -> Vec<String> {
-        job.motion.cautions().chain(self.ranges.cautions()).chain(self.motors.cautions()).collect()
+        let own = self.ranges.cautions().chain(self.motors.cautions());
+        job.cautions().into_iter().chain(own).collect()
     }
 
     /// Lists reasons to interpret the results with care, one short sentence for each: exceeded
