@@ -531,3 +531,37 @@ fn rates_that_contradict_positions() {
     let errors = motion(&text).unwrap_err().to_string();
     insta::assert_snapshot!(errors);
 }
+
+/// Checks that an impossible rate in a recording of three samples, at whose ends there are no
+/// neighbours for an integral, causes a caution, and plausible rates none.
+#[test]
+fn an_impossible_rate_among_few_samples_is_named() {
+    let said = |rates: [f64; 3]| {
+        let [a, b, c] = rates;
+        let rows = format!("0,1,{a}\n0.1,1.6,{b}\n0.2,2.2,{c}\n");
+        motion(&format!("time,A,d(A)\n{rows}")).unwrap().cautions().collect::<Vec<_>>()
+    };
+    for wrong in [[0.0, -150.0, 10.0], [-150.0, 6.0, 6.0], [6.0, 6.0, 150.0]] {
+        let said = said(wrong);
+        assert!(said.iter().any(|one| one.contains("`d(A)` contradicts `A`")), "{said:?}");
+    }
+    for plausible in [[0.0, 12.0, 0.0], [6.0, 6.0, 6.0], [0.0, 8.0, 8.0]] {
+        assert_eq!(said(plausible), [] as [String; 0]);
+    }
+}
+
+#[test]
+fn gaps_of_a_recording_are_named() {
+    let rows = |moves: f64| -> String {
+        let time = |k: i32| 0.02 * f64::from(k) + if k < 15 { 0.0 } else { 3.0 };
+        let place = |k: i32| moves * f64::from(k) + f64::from(k).min(14.0) * (1.0 - moves);
+        (0..30).map(|k| format!("{:.2},{}\n", time(k), place(k))).collect()
+    };
+    let text = format!("time,A\n{}", rows(1.0));
+    let said: Vec<String> = motion(&text).unwrap().cautions().collect();
+    let gap = said.iter().find(|one| one.contains("samples are missing"));
+    assert!(gap.is_some_and(|gap| gap.contains("from t = 0.28 to 3.3 s")), "{said:?}");
+    // A logger that waits while nothing moves leaves no gap.
+    let text = format!("time,A\n{}", rows(0.0));
+    assert!(motion(&text).unwrap().cautions().all(|one| !one.contains("missing")));
+}

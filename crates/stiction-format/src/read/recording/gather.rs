@@ -8,6 +8,7 @@ use super::messages::Messages;
 use super::plan::Plan;
 use super::scan::{Scan, scan};
 use crate::diagnostic::number;
+use crate::signal::quality::gaps::{Gap, Gaps};
 use crate::signal::quality::{Findings, Quality};
 use crate::signal::recorded::lines::{Delimiter, Line};
 use crate::signal::recorded::{IndexBuilder, Indexed, Layout};
@@ -29,6 +30,8 @@ pub(super) struct Recording {
     pub(super) header_page: Arc<Source>,
     pub(super) samples: SampleTimes,
     pub(super) curves: Vec<RecordedCurve>,
+    /// Longest gap between samples; `None` without gaps.
+    pub(super) gap: Option<Gap>,
 }
 
 /// Function that reads the header of a recording. Its arguments are the text, the byte range of the
@@ -59,6 +62,7 @@ struct Collector {
     /// Quality test of each curve, with the range of indices in `row` that belongs to the curve;
     /// `None` for efforts.
     tests: Vec<Option<(Quality, Range<usize>)>>,
+    gaps: Gaps,
     /// Byte offset, in the file, of the end of the row read last.
     end: u64,
     sink: Sink,
@@ -81,7 +85,8 @@ impl Collector {
             Interpolation::Monotone => None,
         });
         let row = vec![0.0; layout.width()];
-        Self { rounding: row.clone(), row, tests: tests.collect(), layout, end: 0, sink }
+        let (tests, gaps) = (tests.collect(), Gaps::default());
+        Self { rounding: row.clone(), row, tests, gaps, layout, end: 0, sink }
     }
 
     fn push(&mut self, row: &[f64], rounding: &[f64], line: Range<u64>) {
@@ -93,6 +98,9 @@ impl Collector {
             if let (Some(time), Some((numbers, rounding))) = (time, numbers) {
                 test.push(time, numbers, rounding);
             }
+        }
+        if let Some((time, values)) = self.row.split_first() {
+            self.gaps.push(*time, values);
         }
         self.end = line.end;
         match &mut self.sink {
@@ -126,6 +134,7 @@ pub(super) fn gather(
     let plan = Plan::of(&header);
     let end = kept.as_ref().map_or(0, |kept| kept.end);
     let tests = kept.as_mut().map(|kept| std::mem::take(&mut kept.tests)).unwrap_or_default();
+    let gap = kept.as_mut().and_then(|kept| std::mem::take(&mut kept.gaps).finish());
     let findings = tests.into_iter().map(|test| test.map(|(test, _)| test.finish()));
     let (samples, curves) = match (kept.map(|kept| kept.sink), input) {
         (Some(Sink::Memory(columns)), _) => at_once(&plan, columns),
@@ -166,7 +175,7 @@ pub(super) fn gather(
         .zip(findings)
         .map(recorded_curve)
         .collect();
-    let recording = Recording { header, header_page: Arc::clone(&page), samples, curves };
+    let recording = Recording { header, header_page: Arc::clone(&page), samples, curves, gap };
     let last = std::mem::replace(&mut messages.page, page);
     recording.check(&mut messages);
     messages.page = last;

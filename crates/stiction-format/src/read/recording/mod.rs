@@ -83,9 +83,12 @@ fn motion(
         None if recording.is_noisy() => filtering::suggestion(&recording, (input, head))?,
         _ => None,
     };
-    let Recording { header, header_page, samples, curves } = recording;
+    let Recording { header, header_page, samples, curves, gap } = recording;
     let (mut coordinates, mut kinds) = (Vec::new(), Kinds::default());
     let mut report = Report::new(&header, header_page, suggestion);
+    if let Some(gap) = gap {
+        report.gap(gap);
+    }
     for (index, curve) in curves.into_iter().enumerate() {
         let Some(column) = header.columns.get(curve.column) else { continue };
         let Role::Coordinate { coordinate, .. } = column.role else { continue };

@@ -4,6 +4,7 @@
 use super::header::{Header, Role};
 use crate::diagnostic::{Diagnostic, Diagnostics, number};
 use crate::signal::filter::{Filtered, Rest, rise_time};
+use crate::signal::quality::gaps::Gap;
 use crate::signal::quality::{Contradiction, Findings, Held, Noise, Peak};
 use crate::source::{Place, Source};
 use std::sync::Arc;
@@ -45,6 +46,28 @@ impl<'a> Report<'a> {
     /// Returns the collected notes, warnings and errors.
     pub(super) fn finish(self) -> (Vec<String>, Diagnostics, Diagnostics) {
         (self.notes, self.warnings, self.errors)
+    }
+
+    /// Adds the longest gap between the samples to the report.
+    pub(super) fn gap(&mut self, gap: Gap) {
+        let message = format!(
+            "samples are missing from t = {} to {} s: this time step is {} s, the others are {} s on \
+             average; the motion between is only interpolated",
+            short(gap.time),
+            short(gap.time + gap.length),
+            short(gap.length),
+            short(gap.usual)
+        );
+        let label = match gap.count {
+            1 => "one gap".to_owned(),
+            n => format!("{n} gaps, this is the longest"),
+        };
+        let mut warning = Diagnostic::warning("recording", message)
+            .help("split the file at the gap, or record the motion again without it");
+        if let Some(time) = self.header.time.and_then(|index| self.header.columns.get(index)) {
+            warning = warning.at(Place::new(&self.page, time.span.clone()), label);
+        }
+        self.warnings.push(warning);
     }
 
     /// Adds the findings about a coordinate to the report. `column` is the index in the header of
@@ -275,7 +298,7 @@ impl<'a> Report<'a> {
             "check unit, sign and timing of the column, or delete it to use `{below}` alone"
         );
         // A difference as large as the slope itself is certainly a contradiction.
-        if found.difference.size > found.scale {
+        if found.is_certain {
             self.errors.push(Diagnostic::error("recording", message).at(place, label).help(help));
         } else {
             let warning = Diagnostic::warning("recording", message);

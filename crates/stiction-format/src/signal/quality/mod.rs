@@ -18,10 +18,12 @@
 //! - Held values: each value of a moving signal is repeated several times, because the sensor is
 //!   slower than the log.
 //! - Contradictions: displacements that differ from the integrals of the recorded rates.
+//! - Gaps: time steps much longer than all others ([`gaps`]).
 //!
 //! Samples are analysed in blocks, so that the memory needed does not depend on the length of the
 //! recording.
 
+pub(crate) mod gaps;
 mod histogram;
 mod matched;
 mod order;
@@ -74,6 +76,9 @@ const OUTLIER_NOISE: f64 = 4.0;
 /// first limit applies to the difference of a rate at a single sample, the second to the median of
 /// the differences in a block.
 const CONTRADICTION_LIMIT: (f64, f64) = (0.02, 0.01);
+/// Minimum ratio of a rate at an end of the recording to the slopes of the positions there at which a
+/// contradiction is reported. The ratio is 4 where a motion begins with the fourth power of time.
+const END_RATE_LIMIT: f64 = 6.0;
 /// Limit of the ratio of an acceleration's error near an end of the recording to the peak
 /// acceleration elsewhere. A reversal of the greatest acceleration has a ratio of 2, so the limit
 /// lies above it.
@@ -139,6 +144,8 @@ pub(crate) struct Contradiction {
     /// Root mean square of the derivative, computed by differences of the column of the next lower
     /// order.
     pub(crate) scale: f64,
+    /// True if the difference cannot be an effect of the sampling.
+    pub(crate) is_certain: bool,
 }
 
 /// Findings about one coordinate.
@@ -197,6 +204,8 @@ struct Difference {
     /// median on the acceleration.
     sustained: Peak,
     effect: f64,
+    /// Largest rate at an end of the recording that is implausible for the slopes there.
+    at_end: Peak,
     /// Sum of squares of the derivative computed by differences, and number of terms.
     squares: (f64, f64),
 }
@@ -322,12 +331,15 @@ impl Quality {
             let scale = self.typical(below).max(if below == 0 { scale } else { 0.0 });
             let effect = found.effect >= NOISE_LIMIT * peak && found.sustained.size > 0.0;
             let (single, sustained) = CONTRADICTION_LIMIT;
-            let largest = match order {
-                1 if found.single.size > single * scale => found.single,
-                _ if found.sustained.size > sustained * scale || effect => found.sustained,
+            let (difference, is_certain) = match order {
+                1 if found.single.size > single * scale => (found.single, true),
+                _ if found.sustained.size > sustained * scale || effect => (found.sustained, true),
+                1 if found.at_end.size > single * scale => (found.at_end, false),
                 _ => return None,
             };
-            (largest.size > 0.0).then_some(Contradiction { order, difference: largest, scale })
+            let is_certain = is_certain && difference.size > scale;
+            let contradiction = Contradiction { order, difference, scale, is_certain };
+            (difference.size > 0.0).then_some(contradiction)
         });
         let contradictions = contradictions.collect();
         Findings {
@@ -543,6 +555,9 @@ impl Quality {
     /// Compares displacements of the column of order `below` with integrals of the column of the
     /// next higher order.
     fn contradiction(&mut self, samples: std::ops::Range<usize>, below: usize) {
+        if below == 0 {
+            self.rates_at_ends(samples.clone());
+        }
         let (t, y, v) = (&self.times, &self.columns[below], &self.columns[below + 1]);
         let (sy, sv) = (&self.rounding[below], &self.rounding[below + 1]);
         let mut all = Vec::with_capacity(samples.len());
@@ -586,6 +601,37 @@ impl Quality {
                     found.effect.max(if below == 0 { 3.0 * median / step } else { median });
             }
             found.sustained.raise(median, t[samples.start]);
+        }
+    }
+}
+
+impl Quality {
+    /// Compares the rates of the first and the last two samples of the recording, which have too few
+    /// neighbours for an integral of the rates, with the slopes of the positions beside them.
+    fn rates_at_ends(&mut self, samples: std::ops::Range<usize>) {
+        let (t, y, v) = (&self.times, &self.columns[0], &self.columns[1]);
+        let (sy, sv) = (&self.rounding[0], &self.rounding[1]);
+        let last = t.len() - 1;
+        let slope = |i: usize| (y[i + 1] - y[i]) / (t[i + 1] - t[i]);
+        let found = &mut self.contradictions[0];
+        // Without interior intervals, the slopes of all intervals are the scale.
+        if last < 3 {
+            let squares = (0..last).map(|i| slope(i).powi(2)).sum();
+            found.squares = (squares, last as f64);
+        }
+        let is_at_end = |k: &usize| *k < 2 || *k + 1 >= last;
+        for k in samples.filter(is_at_end) {
+            // Beside a reversal, the slope of one interval is small.
+            let beside = k.saturating_sub(2)..(k + 2).min(last);
+            let fastest = beside.clone().map(|i| slope(i).abs()).fold(0.0, f64::max);
+            let rounding = beside.map(|i| {
+                let rough = f64::EPSILON * (y[i].abs() + y[i + 1].abs());
+                (sy[i].hypot(sy[i + 1]) + rough) / (t[i + 1] - t[i])
+            });
+            let rounding = 6.0 * (rounding.fold(0.0, f64::max) + sv[k]);
+            if v[k].abs() > END_RATE_LIMIT * (fastest + rounding) {
+                found.at_end.raise(v[k].abs() - fastest, t[k]);
+            }
         }
     }
 }
