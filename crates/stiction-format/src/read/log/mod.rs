@@ -15,6 +15,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics, number, quoted};
 use crate::model_file::ModelFile;
 use crate::signal::recorded::lines::{Cells, Delimiter, lines, parse_number, unify_line_ends};
 use crate::source::{Place, Source, Span};
+use preamble::Head;
 use std::sync::Arc;
 use stiction_core::kinematics::Coordinate;
 
@@ -123,6 +124,8 @@ impl Log {
         last > now && now > before && now - before <= JUMP * (before - first)
     }
 }
+/// Number of rows from which the meaning of a column without a name is determined.
+const SURVEYED: usize = 20;
 /// Minimum number of valid rows: first of a log over time, then of a table of steady motions.
 const LEAST: [usize; 2] = [20, 4];
 
@@ -273,6 +276,7 @@ impl Reader<'_> {
             times.for_each(|meaning| meaning.role = LogRole::Unused);
         }
         let time = meanings.iter().position(|m| m.role == LogRole::Time);
+        let time = time.or_else(|| self.unnamed_time(&mut meanings, &head));
         if time.is_none() && !self.format.is_steady && self.format.step.is_none() {
             out.push(
                 Diagnostic::error("missing-key", "the column `time` is missing")
@@ -289,6 +293,31 @@ impl Reader<'_> {
         }
         let rows = lines(self.source).skip(head.lines).map(|line| head.content(text, &line));
         self.rows(rows, &mut cells, &meanings, time)
+    }
+
+    /// Lets the first column be the time, in s, if it has no name and does not number the rows;
+    /// programs write the index of a table in this way. Returns the index of the column; `None` if
+    /// the time is not needed or the column is not the time.
+    fn unnamed_time(&self, meanings: &mut [Meaning], head: &Head) -> Option<usize> {
+        let is_needed = !self.format.is_steady && self.format.step.is_none();
+        let is_renamed = || self.format.renamed.iter().any(|renamed| renamed.column.is_empty());
+        let first = meanings.first_mut().filter(|first| first.name.is_empty())?;
+        if !is_needed || is_renamed() {
+            return None;
+        }
+        let text = self.source.text.as_str();
+        let mut cells = Cells::new(head.delimiter);
+        let all = lines(self.source).skip(head.lines).take(SURVEYED);
+        let values = all.map(|line| {
+            let row = cells.split(text, head.content(text, &line), usize::MAX);
+            row.first().and_then(|cell| parse_number(&text[cell.clone()]))
+        });
+        let values: Vec<f64> = values.collect::<Option<_>>()?;
+        let is_time = values.windows(2).any(|pair| pair[1] - pair[0] != 1.0);
+        is_time.then(|| {
+            first.role = LogRole::Time;
+            0
+        })
     }
 
     fn rows(

@@ -238,6 +238,18 @@ fn times_of_two_numbers_are_refused() {
     let found = read_with(decimal, &[], &[], None).unwrap();
     assert_eq!((found.times[0], found.times[1]), (300.0, 300.5));
 }
+
+/// Checks that a first column without a name is the time, as programs write the index of a table,
+/// unless it numbers the rows.
+#[test]
+fn a_first_column_without_a_name_is_the_time() {
+    let header = ",left_motor [rad],right_motor [rad],left_motor.effort [N m]";
+    assert_eq!(log(header, &[], &[]).unwrap().times[..2], [0.0, 0.01]);
+    let rows: String = (0..30).map(|k| format!("{k},0.5,1.5,{k}\n")).collect();
+    let refused = read_with(format!("{header}\n{rows}"), &[], &[], None).unwrap_err().to_string();
+    assert!(refused.contains("the column `time` is missing"), "{refused}");
+}
+
 /// Checks that a number whose square could overflow invalidates its row only.
 #[test]
 fn absurd_numbers_are_bad_rows() {
