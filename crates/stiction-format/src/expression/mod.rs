@@ -52,6 +52,24 @@ impl Fault {
         self.maybe_help(Some(help.into()))
     }
 
+    /// Replaces the advice to write a unit such as `kg m` if a quantity of the kind `measure` cannot
+    /// have this unit and the text `whole` consists only of a number and the unit.
+    pub(crate) fn with_unit_of(self, measure: Measure, whole: &str) -> Self {
+        let before = whole.get(..self.span.start).unwrap_or_default();
+        let is_alone =
+            self.span.end == whole.trim_end().len() && before.trim().parse::<f64>().is_ok();
+        let advised = self.help.as_ref().and_then(|help| {
+            let unit = help.strip_prefix("write `")?.strip_suffix('`')?;
+            Some(unit_of(unit).ok()?.1)
+        });
+        match advised {
+            Some(unit) if is_alone && measure.complaint(unit).is_some() => {
+                self.help(format!("expected {}", measure.expected()))
+            }
+            _ => self,
+        }
+    }
+
     pub(crate) fn maybe_help(mut self, help: Option<String>) -> Self {
         self.help = help;
         self

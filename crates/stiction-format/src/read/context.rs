@@ -162,7 +162,8 @@ impl<'a> Context<'a> {
                         Some(fault) => Err(fault(0..text.content.len())),
                     }
                 };
-                read().map_err(|fault| self.fault(&value.span, text, fault)).ok().flatten()
+                let read = read().map_err(|fault| fault.with_unit_of(measure, &text.content));
+                read.map_err(|fault| self.fault(&value.span, text, fault)).ok().flatten()
             }
             _ => {
                 self.wrong(value, &measure.expected());

@@ -29,6 +29,7 @@ pub(crate) mod parameters;
 mod path;
 mod recording;
 mod spring;
+mod time_column;
 mod waypoints;
 
 pub use draft::Draft;

@@ -150,6 +150,24 @@ fn slips_of_units_are_named() {
         assert!(warnings.to_string().contains(says), "{wrong}: {warnings}");
     }
 }
+
+fn said_of(model: &str, changes: &[&str]) -> String {
+    let text = stiction_format::gallery::get(model).unwrap();
+    let source = Source::new(format!("{model}.toml"), text).with_changes(changes);
+    let read = read(&source, &|_| Err(String::new()));
+    read.err().map_or(String::new(), |diagnostics| diagnostics.to_string())
+}
+
+#[test]
+fn advice_on_a_unit_suits_the_quantity() {
+    let said = said_of("five-bar", &["tool.mass = 3 kgm"]);
+    assert!(said.contains("expected a mass") && !said.contains("kg m"), "{said}");
+    let said = said_of("five-bar", &["tool.mass = 3 kilogram"]);
+    assert!(said.contains("write `kg`"), "{said}");
+    let said = said_of("five-bar", &["tool.mass = 50 %"]);
+    assert!(said.contains("expected a mass") && said.contains("a number in percent"), "{said}");
+}
+
 /// A drive train whose losses follow from its efficiency.
 const WINCH: &str = "\
 gravity = [0, 0, 0]

@@ -5,6 +5,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean, quoted};
 use crate::expression::{Dimension, Measure, unit_of};
 use crate::pattern::fits;
 use crate::read::path::{Orders, coordinate, resolve};
+use crate::read::time_column::time_hint;
 use crate::source::Span;
 
 /// Tests if a column is a computed quantity in the tables of `stiction inverse` or `stiction forward` that a log does not
@@ -24,6 +25,12 @@ fn is_result(label: &str) -> bool {
     ends.iter().any(|end| label.ends_with(end))
         || ["closure", "power.residual"].contains(&label)
         || label.starts_with("distance.")
+}
+
+/// Writes a name as a key of a TOML table.
+fn key(name: &str) -> String {
+    let is_bare = name.chars().all(|c| c.is_ascii_alphanumeric() || "-_".contains(c));
+    if is_bare && !name.is_empty() { name.to_owned() } else { format!("{name:?}") }
 }
 
 impl Reader<'_> {
@@ -109,7 +116,9 @@ impl Reader<'_> {
                         fault.message
                     );
                     out.push(
-                        Diagnostic::error(fault.code, message).at(self.place(span), fault.label),
+                        Diagnostic::error(fault.code, message)
+                            .at(self.place(span), fault.label)
+                            .maybe_help(fault.help),
                     );
                 }
             }
@@ -175,8 +184,16 @@ impl Reader<'_> {
                 if let Some((message, help, _)) = unresolved.explain(&self.names, &[], label) {
                     let more = "if the column is not used, write `NAME = \"\"` under [columns] in the options; \
                                 `\"NA*\" = \"\"` does so for all columns whose names begin with NA";
-                    let help =
-                        help.map_or_else(|| more.to_owned(), |help| format!("{help}; {more}"));
+                    let help = match time_hint(label) {
+                        Some(time) => format!(
+                            "{time}; without a change of the file, write `{} = \"time [s]\"` under \
+                             [columns] in the options",
+                            key(label)
+                        ),
+                        None => {
+                            help.map_or_else(|| more.to_owned(), |help| format!("{help}; {more}"))
+                        }
+                    };
                     out.push(
                         Diagnostic::error("unknown-name", message)
                             .at(self.place(span.clone()), "unknown column")

@@ -264,3 +264,14 @@ fn absurd_numbers_are_bad_rows() {
     assert_eq!(log(header, &["0.3,1e29,1,1"], &[]).unwrap().times.len(), 31);
 }
 
+#[test]
+fn misspelt_units_and_times_get_advice() {
+    let said = |header: &str| log(header, &[], &[]).unwrap_err().to_string();
+    let unit = said("time [s],left_motor.effort [Nm],left_motor,right_motor");
+    assert!(unit.contains("write `N m`"), "{unit}");
+    for name in ["Time [s]", "Time (s)", "timestamp"] {
+        let time = said(&format!("{name},left_motor.effort,left_motor,right_motor"));
+        assert!(time.contains("the name `time`") && time.contains("under [columns]"), "{time}");
+    }
+}
+

@@ -4,6 +4,7 @@
 use super::super::actuators::Actuators;
 use super::super::names::Names;
 use super::super::path::{Meaning, Orders, coordinate, resolve};
+use super::super::time_column::time_hint;
 use super::messages::Messages;
 use crate::diagnostic::quoted;
 use crate::expression::Measure;
@@ -163,6 +164,7 @@ impl Header {
                 actuators.measure(actuator, Measure::Force, Measure::Moment)
             } else {
                 let (message, help) = actuators.unknown(name);
+                let help = time_hint(name).or(help);
                 messages.push_help("unknown-name", message, cell, "unknown column", help);
                 columns.push(column);
                 continue;
@@ -265,6 +267,7 @@ fn read_column(
                 let explained =
                     (!messages.is_full()).then(|| unresolved.explain(names, &[], name)).flatten();
                 if let Some((message, help, _)) = explained {
+                    let help = time_hint(label).or(help);
                     let label = "unknown column";
                     messages.push_help("unknown-name", message, name_span, label, help);
                 }
