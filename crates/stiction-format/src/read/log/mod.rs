@@ -263,10 +263,17 @@ impl Reader<'_> {
                     quoted(&known.name),
                     quoted(&meaning.name)
                 );
+                // An option applies to all columns of a name.
+                let help = match known.name == meaning.name {
+                    true => "delete or rename one of these columns in the file",
+                    false => {
+                        "declare one of them as unused in the options: `NAME = \"\"` under [columns]"
+                    }
+                };
                 out.push(
                     Diagnostic::error("duplicate", message)
                         .at(self.place(span.clone()), "again here")
-                        .help("declare one of them as unused in the options: `NAME = \"\"` under [columns]"),
+                        .help(help),
                 );
             }
             meanings.push(meaning);

@@ -275,3 +275,13 @@ fn misspelt_units_and_times_get_advice() {
     }
 }
 
+/// Checks that the advice for two columns of one name does not remove both.
+#[test]
+fn a_repeated_column_is_removed_in_the_file() {
+    let said = |header: &str| log(header, &[], &[]).unwrap_err().to_string();
+    let same = said("time,left_motor.effort,left_motor,left_motor");
+    assert!(same.contains("delete or rename") && !same.contains("[columns]"), "{same}");
+    let other = said("time,left_motor.effort,left_motor,left_motor.position");
+    assert!(other.contains("[columns]") || other.contains("delete"), "{other}");
+}
+
