@@ -3,7 +3,8 @@
 /// Parses a time of day such as `12:05:01.25` and returns it in seconds: from midnight, or from
 /// 1970 if a date such as `2024-03-01`, `1.3.2024` or `3/1/2024` precedes the time. An offset from
 /// universal time is ignored, because only differences of times matter. Two numbers are minutes and
-/// seconds if the second number has decimals (`05:12.25`), and hours and minutes after a date.
+/// seconds if the second number has decimals (`05:12.25`, also with more than 59 minutes), and hours
+/// and minutes after a date.
 /// Returns `None` for all other texts, including those that [`is_ambiguous`] accepts.
 pub(super) fn seconds(text: &str) -> Option<f64> {
     let (date, time) = match text.split_once(['T', ' ']) {
@@ -16,18 +17,49 @@ pub(super) fn seconds(text: &str) -> Option<f64> {
     let whole = |part: &str| part.parse::<u32>().ok();
     let decimal = |part: &str| part.replace(',', ".").parse::<f64>().ok();
     let (first, next) = (whole(parts.next()?)?, parts.next()?);
+    let mut is_clock = true;
     let (hour, minute, second) = match (whole(next), parts.next()) {
         (Some(minute), Some(second)) => (first, minute, decimal(second)?),
         (Some(minute), None) => (first, minute, date.map(|_| 0.0)?),
-        (None, None) if date.is_none() => (0, first, decimal(next)?),
+        (None, None) if date.is_none() => {
+            is_clock = false;
+            (0, first, decimal(next)?)
+        }
         _ => return None,
     };
-    let is_time = hour < 24 && minute < 60 && (0.0..61.0).contains(&second);
+    let is_time = hour < 24 && (minute < 60 || !is_clock) && (0.0..61.0).contains(&second);
     if parts.next().is_some() || !is_time {
         return None;
     }
     let days = date.map_or(Some(0), days)?;
-    Some(86_400.0 * days as f64 + f64::from(3600 * hour + 60 * minute) + second)
+    Some(86_400.0 * days as f64 + 3600.0 * f64::from(hour) + 60.0 * f64::from(minute) + second)
+}
+
+/// Seconds of a day, and the last and the first hour of a day, between which midnight is assumed.
+const DAY: f64 = 86_400.0;
+const EVENING: f64 = 23.0 * 3600.0;
+const MORNING: f64 = 3600.0;
+
+/// Count of the midnights that times of day without a date have passed.
+#[derive(Debug, Default)]
+pub(super) struct Midnights {
+    days: f64,
+    last: f64,
+}
+
+impl Midnights {
+    /// Returns the seconds from the first midnight for a time with its value `seconds`, s, from its
+    /// own midnight; for times with a date, `seconds`.
+    pub(super) fn count(&mut self, text: &str, seconds: f64) -> f64 {
+        if text.contains(['T', ' ']) {
+            return seconds;
+        }
+        if self.last >= EVENING && seconds < MORNING {
+            self.days += 1.0;
+        }
+        self.last = seconds;
+        self.days * DAY + seconds
+    }
 }
 
 /// Tests if a text consists of two whole numbers such as `05:12`, which may be hours and minutes or
@@ -76,6 +108,7 @@ mod tests {
         assert_eq!(seconds("12:05:01.25"), Some(43_501.25));
         assert_eq!(seconds("2001-09-09 01:46"), Some(1e9 - 40.0));
         assert_eq!((seconds("05:12.25"), seconds("05:12,25")), (Some(312.25), Some(312.25)));
+        assert_eq!(seconds("75:00.5"), Some(4500.5));
         assert_eq!((seconds("05:12"), is_ambiguous("05:12")), (None, true));
         assert!(!is_ambiguous("5:12:01") && !is_ambiguous("5:75") && !is_ambiguous("5"));
         // Known Unix times, seconds from 1970.
@@ -87,8 +120,17 @@ mod tests {
         let step =
             seconds("2024-03-01 00:00:00").unwrap() - seconds("2024-02-28 00:00:00").unwrap();
         assert_eq!(step, 2.0 * 86_400.0);
-        for text in ["", "x", "12", "25:00:00", "12:61", "1:2:3:4", "2024-13-45 1:00", "1-2 12:00"]
-        {
+        for text in [
+            "",
+            "x",
+            "12",
+            "25:00:00",
+            "12:61",
+            "12:61:00",
+            "1:2:3:4",
+            "2024-13-45 1:00",
+            "1-2 12:00",
+        ] {
             assert_eq!(seconds(text), None, "{text}");
         }
     }

@@ -349,6 +349,7 @@ impl Reader<'_> {
         let (mut line, mut counted, mut index) = (1, 0, 0);
         let (mut has_ambiguous_times, mut has_repeated_times) = (false, false);
         let mut row = vec![0.0; meanings.len()];
+        let mut midnights = clock::Midnights::default();
         for span in all {
             line += text[counted..span.start].bytes().filter(|byte| *byte == b'\n').count();
             counted = span.start;
@@ -368,7 +369,7 @@ impl Reader<'_> {
                 let read = match meaning.role {
                     // Times of day are in seconds, whatever the unit of the column.
                     LogRole::Time => parse_number(content).or_else(|| {
-                        let seconds = clock::seconds(content)?;
+                        let seconds = midnights.count(content, clock::seconds(content)?);
                         Some(seconds / meaning.factor - meaning.offset)
                     }),
                     _ => parse_number(content),

@@ -285,3 +285,24 @@ fn a_repeated_column_is_removed_in_the_file() {
     assert!(other.contains("[columns]") || other.contains("delete"), "{other}");
 }
 
+#[test]
+fn times_of_day_pass_midnight() {
+    let time = |k: usize| match k {
+        0..15 => format!("23:59:59.{:02}", 85 + k),
+        _ => format!("00:00:00.{:02}", k - 15),
+    };
+    let rows: String = (0..30).map(|k| format!("{},1,2,3\n", time(k))).collect();
+    let text = format!("time,left_motor,right_motor,left_motor.effort\n{rows}");
+    let found = read_with(text, &[], &[], None).unwrap();
+    assert_eq!((found.times.len(), found.bad_rows.count), (30, 0));
+    assert!(found.times.windows(2).all(|pair| (pair[1] - pair[0] - 0.01).abs() < 1e-9));
+}
+
+#[test]
+fn minutes_with_seconds_pass_the_hour() {
+    let time = |k: usize| format!("{}:{:04.1}", 59 + k / 10, 6.0 * (k % 10) as f64);
+    let rows: String = (0..30).map(|k| format!("{},1,2,3\n", time(k))).collect();
+    let text = format!("time,left_motor,right_motor,left_motor.effort\n{rows}");
+    let found = read_with(text, &[], &[], None).unwrap();
+    assert_eq!((found.times[0], found.times[29]), (3540.0, 3714.0));
+}
