@@ -87,7 +87,8 @@ fn let_writes_fail() {
 }
 
 fn run() -> ExitCode {
-    let arguments = Arguments::try_parse().unwrap_or_else(|error| refuse(&error));
+    let arguments = Arguments::try_parse_from(arguments::with_negative_values(std::env::args_os()))
+        .unwrap_or_else(|error| refuse(&error));
     manners::set(arguments.messages);
     let outcome = match arguments.command {
         None => inverse::run(&arguments.inverse),

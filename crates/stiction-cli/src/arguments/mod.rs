@@ -9,6 +9,7 @@ mod position;
 mod shared;
 
 use clap::{Args, Parser, Subcommand};
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 pub(crate) use excite::Excite;
@@ -31,6 +32,32 @@ pub(crate) struct Arguments {
     pub(crate) inverse: Inverse,
     #[command(flatten)]
     pub(crate) messages: Messages,
+}
+
+/// Joins each negative number, also with a unit, to the long option before it (`--step=-1 ms`), so
+/// that it is read as the value of this option and not as another option.
+pub(crate) fn with_negative_values(given: impl Iterator<Item = OsString>) -> Vec<OsString> {
+    let is_option = |text: &OsString| {
+        text.to_str()
+            .is_some_and(|text| text.len() > 2 && text.starts_with("--") && !text.contains('='))
+    };
+    let is_negative = |text: &OsString| {
+        let rest = text.to_str().and_then(|text| text.strip_prefix('-'));
+        rest.is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit() || c == '.'))
+    };
+    let mut all: Vec<OsString> = Vec::new();
+    let mut are_positional = false;
+    for argument in given {
+        are_positional |= argument == "--";
+        match all.last_mut() {
+            Some(last) if !are_positional && is_option(last) && is_negative(&argument) => {
+                last.push("=");
+                last.push(&argument);
+            }
+            _ => all.push(argument),
+        }
+    }
+    all
 }
 
 #[derive(Subcommand, Debug)]

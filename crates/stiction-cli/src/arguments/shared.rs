@@ -2,6 +2,7 @@
 
 use clap::{Args, ColorChoice, ValueEnum};
 use std::ffi::OsString;
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use stiction::FrictionMode;
 use stiction_format::{hertz, seconds};
@@ -144,6 +145,10 @@ pub(crate) struct Sampling {
 #[derive(Args, Clone, Copy, Debug)]
 pub(crate) struct Threads {
     /// Number of threads; results do not depend on it [default: one for each processor]
-    #[arg(long, value_name = "N")]
-    pub(crate) threads: Option<std::num::NonZeroUsize>,
+    #[arg(long, value_name = "N", value_parser = threads)]
+    pub(crate) threads: Option<NonZeroUsize>,
+}
+
+fn threads(text: &str) -> Result<NonZeroUsize, String> {
+    text.trim().parse().map_err(|_| "expected a whole number above 0, such as 4".to_owned())
 }

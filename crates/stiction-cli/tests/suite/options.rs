@@ -23,3 +23,20 @@ fn times_and_masses_are_neither_angles_nor_percentages() {
         .stiction(&["inverse", "five-bar", "--set", "tool.mass=50 %"])
         .fails(2, &["expected a mass", "found a number in percent"]);
 }
+
+/// Checks that a negative number is a value of the option before it, also with a unit.
+#[test]
+fn negative_values_belong_to_their_options() {
+    let folder = Folder::new("options-negative");
+    for (arguments, says) in [
+        (["inverse", "--threads", "0"], "a whole number above 0"),
+        (["inverse", "--threads", "-3"], "a whole number above 0"),
+        (["inverse", "--step", "-1 ms"], "must be greater than 0"),
+        (["compensate", "--known-to", "-10%"], "relative accuracy"),
+    ] {
+        let [command, option, value] = arguments;
+        let said = folder.stiction(&[command, "five-bar", option, value]);
+        assert!(!said.err.contains("use '--"), "{}", said.err);
+        said.fails(2, &[says]);
+    }
+}
