@@ -79,10 +79,11 @@ pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) 
     };
     let damping = positive("damping", usual.damping, true)?;
     let mut channels = usual.channels;
+    let errors = || context.out.borrow().len();
+    let at_first = errors();
     for key in CHANNEL {
         let Some(value) = record.value(key) else { continue };
         // An error in a value for all actuators is reported only once.
-        let errors = || context.out.borrow().len();
         let before = errors();
         for (actuator, channel) in channels.iter_mut().enumerate() {
             if errors() == before {
@@ -94,6 +95,8 @@ pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) 
     for leaf in &leaves(table, CONTROL) {
         named.extend(own(context, actuators, leaf, &mut channels));
     }
+    // Combinations of settings are judged only if all settings of the actuators are known.
+    let are_known = errors() == at_first;
     let control = usual.control;
     let gains =
         |c: &Channel| c.proportional.is_some() || c.derivative.is_some() || c.integral.is_some();
@@ -111,7 +114,7 @@ pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) 
             "type",
         );
     }
-    if control == ControlType::Pid && channels.iter().all(|c| c.integral.is_none()) {
+    if are_known && control == ControlType::Pid && channels.iter().all(|c| c.integral.is_none()) {
         complain(
             "a PID controller needs an integral gain",
             "give `ki`, for example `ki = \"2 kN/(m s)\"`, or use `type = \"pd\"`",
@@ -122,7 +125,8 @@ pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) 
         complain("a PD controller has no integral gain", "use `type = \"pid\"`", "type");
     }
     let integrates = |c: &Channel| c.integral.is_some_and(|gain| gain > 0.0);
-    if control == ControlType::Pid
+    if are_known
+        && control == ControlType::Pid
         && channels.iter().any(|c| {
             integrates(c)
                 && c.limit.is_finite()
@@ -136,7 +140,7 @@ pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) 
             "kp",
         );
     }
-    if channels.iter().any(|c| c.tracking.is_some() && !c.limit.is_finite()) {
+    if are_known && channels.iter().any(|c| c.tracking.is_some() && !c.limit.is_finite()) {
         complain(
             "`tracking` has no effect without a `limit`",
             "give the largest effort as `limit`, or leave `tracking` out",

@@ -8,7 +8,7 @@ use super::gearing::GearingDraft;
 use super::joint::JointDraft;
 use super::names::Names;
 use super::spring::{self, SpringDraft};
-use crate::diagnostic::{Diagnostic, did_you_mean};
+use crate::diagnostic::{Diagnostic, did_you_mean, number};
 use crate::source::Span;
 use std::mem::discriminant;
 use stiction_core::joint::JointType;
@@ -48,6 +48,10 @@ impl Origin<'_> {
                 | Defect::UnknownBodyOfActuator { .. }
                 | Defect::UnknownJointOfSpring { .. }
                 | Defect::UnknownJointOfGearing { .. } => incomplete,
+                // It follows from the efficiency, which is out of range.
+                Defect::ActuatorParameter {
+                    actuator, parameter: "backward_efficiency", ..
+                } => !self.is_given(actuator, "backward_efficiency"),
                 Defect::UnknownBody { body, .. } | Defect::UnknownBodyOfSpring { body, .. } => {
                     self.names.may_be_lost(body)
                 }
@@ -72,6 +76,12 @@ impl Origin<'_> {
                     .maybe_help(help),
             );
         }
+    }
+
+    /// Tests if the text of the model contains a parameter of an actuator.
+    fn is_given(&self, actuator: &str, parameter: &str) -> bool {
+        let mut drafts = self.actuators.iter().filter(|known| known.name == actuator);
+        drafts.any(|draft| draft.spans.values.iter().any(|(key, _)| key == parameter))
     }
 
     /// Formats the message for a defect in the terms of the model file.
@@ -146,7 +156,10 @@ impl Origin<'_> {
             Defect::Actuator { actuator: name, .. } => {
                 (actuator(name).map_or_else(whole, |a| a.spans.name.clone()), "this actuator")
             }
-            Defect::ActuatorParameter { actuator: name, parameter, .. } => {
+            Defect::ActuatorParameter { actuator: name, parameter, value, .. } => {
+                if parameter.ends_with("efficiency") && *value > 1.0 && *value <= 100.0 {
+                    help = Some(format!("write \"{0} %\" for {0} percent", number(*value)));
+                }
                 let draft = actuator(name);
                 let values = draft.into_iter().flat_map(|draft| &draft.spans.values);
                 let given = values.clone().find(|(key, _)| key == parameter);

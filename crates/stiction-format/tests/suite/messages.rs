@@ -200,6 +200,23 @@ fn winch() -> Source {
 }
 
 #[test]
+fn values_that_follow_from_a_wrong_one_are_not_reported() {
+    let files = |_: &str| Err(String::new());
+    for (change, help) in [("M.efficiency = 0", ""), ("M.efficiency = 80", "write \"80 %\"")] {
+        let said = read(&winch().with_changes([change]), &files).unwrap_err().to_string();
+        assert!(said.contains("`efficiency` is") && said.contains(help), "{said}");
+        assert!(!said.contains("backward"), "{said}");
+    }
+    let wrong = ["M.efficiency = 0.8", "M.backward_efficiency = 2"];
+    let said = read(&winch().with_changes(wrong), &files).unwrap_err().to_string();
+    assert!(said.contains("`backward_efficiency` is 2"), "{said}");
+    let controller = Source::new("controller", "type = \"pid\"; ki = -5");
+    let model = read(&winch(), &files).unwrap();
+    let said = model.parse_control(&controller, &|_| Err(String::new())).unwrap_err().to_string();
+    assert!(said.contains("`ki` is -5") && !said.contains("needs an integral gain"), "{said}");
+}
+
+#[test]
 fn payloads_that_are_never_carried_are_named() {
     let model = read(&winch(), &|_| Err(String::new())).unwrap();
     let load = model.load("late").unwrap();
