@@ -156,7 +156,7 @@ pub use model_file::{
 #[cfg(not(target_arch = "wasm32"))]
 pub use npz::csv_of_npz;
 pub use pattern::fits;
-pub use quantity::{Amount, hertz, length_or_angle, seconds};
+pub use quantity::{Amount, hertz, length_or_angle, seconds, speed};
 pub use read::{Draft, Log, LogColumn, LogFormat, LogRole, Renamed, Rows, read};
 pub use signal::Signal;
 pub use signal::filter::{LowPass, Smooth};

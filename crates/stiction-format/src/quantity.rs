@@ -60,6 +60,23 @@ pub fn length_or_angle(text: &str) -> Result<f64, String> {
     length.or_else(|why| quantity(text, Measure::Angle).map_err(|_| other(why)))
 }
 
+/// Parses the rate of a length, returned in m/s, or of an angle, returned in rad/s: a plain number,
+/// or an expression with units.
+///
+/// ```
+/// use stiction_format::speed;
+///
+/// assert_eq!(speed("50 mm/s", false), Ok(0.05));
+/// assert_eq!(speed("1 rev/s", true), Ok(std::f64::consts::TAU));
+/// assert_eq!(speed("5 m/s", true).unwrap_err(), "expected an angular speed, found a velocity");
+/// ```
+///
+/// # Errors
+/// If the text is not a rate of this kind, returns the reason in one line.
+pub fn speed(text: &str, is_of_angle: bool) -> Result<f64, String> {
+    quantity(text, if is_of_angle { Measure::AngularSpeed } else { Measure::Speed })
+}
+
 fn quantity(text: &str, measure: Measure) -> Result<f64, String> {
     if let Ok(number) = text.trim().parse() {
         return Ok(number);

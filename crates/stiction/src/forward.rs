@@ -261,7 +261,10 @@ impl Forward {
         for (name, rate) in rates {
             // The rate times `t` has the unit of the coordinate, so it can be parsed as an
             // assignment.
-            let motion = self.robot.parse_state(&format!("{name} = ({rate})*t"))?;
+            let coordinate = self.known(&name)?.coordinate;
+            let motion = self.robot.parse_state(&format!("{name} = ({rate})*t"));
+            let motion =
+                motion.map_err(|error| self.wrong_rate((&name, coordinate), &rate, error))?;
             let target = motion.at(motion.start).next();
             let known = self.known(&name)?;
             if given.contains(&known.coordinate) {
@@ -273,6 +276,24 @@ impl Forward {
             known.rate = target.map(|target| target.rate);
         }
         Ok(self)
+    }
+
+    /// Returns the error for a rate that is not understood, in terms of what the user has written;
+    /// `error` is that of the rate times the time.
+    fn wrong_rate(
+        &self,
+        (name, coordinate): (&str, Coordinate),
+        rate: &str,
+        error: Error,
+    ) -> Error {
+        let joints = self.robot.mechanism().joints();
+        let types: Vec<_> = joints.iter().map(|joint| joint.joint_type).collect();
+        match stiction_format::speed(rate, coordinate.is_angle(&types)) {
+            Ok(_) => error,
+            Err(why) => Error::input(format!("the rate `d({name})` is `{rate}`: {why}"))
+                .with_help("for example \"2 rad/s\" for an angle, or \"50 mm/s\" for a length")
+                .with_option("from"),
+        }
     }
 
     /// Sets the start to a later time of the motion, s.

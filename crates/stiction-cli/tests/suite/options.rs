@@ -40,3 +40,22 @@ fn negative_values_belong_to_their_options() {
         said.fails(2, &[says]);
     }
 }
+
+#[test]
+fn messages_name_the_value_at_fault() {
+    let folder = Folder::new("options-values");
+    for (arguments, says) in [
+        (
+            ["compensate", "--period", "5"],
+            &["a sampling period of 5.000 s", "bandwidth of 5.000 Hz"][..],
+        ),
+        (
+            ["forward", "--from", "A = 10 deg; d(A) = 5 m/s"],
+            &["the rate `d(A)` is `5 m/s`", "expected an angular speed, found a velocity"],
+        ),
+        (["excite", "--limit", "A = 40 mm"], &["--limit of A is 40 mm", "measured in rad"]),
+    ] {
+        let [command, option, value] = arguments;
+        folder.stiction(&[command, "slider-crank", option, value]).fails(2, says);
+    }
+}

@@ -8,7 +8,7 @@ mod limits;
 mod timing;
 mod trace;
 
-use super::context::Record;
+use super::context::{Context, Record};
 use super::motion::Reader;
 use super::path::{Meaning, coordinate, leaves, resolve};
 use crate::diagnostic::{Diagnostic, number, quoted};
@@ -49,6 +49,31 @@ enum Given {
     Orientation(BodyId, Mat3<f64>),
 }
 
+/// Returns the tables of at least two waypoints; reports any other value.
+fn tables<'a>(context: &Context<'_>, value: &'a Value) -> Option<Vec<&'a Table>> {
+    let Some(list) = value.as_list() else {
+        context.wrong(value, "a list of at least two tables of coordinates");
+        return None;
+    };
+    if let Some(other) = list.iter().find(|waypoint| waypoint.as_table().is_none()) {
+        context.wrong(other, "a table of coordinates, such as { A = \"30 deg\" }");
+        return None;
+    }
+    if list.len() < 2 {
+        let count = if list.is_empty() { "none" } else { "only one" };
+        context.push(
+            Diagnostic::error(
+                "range",
+                format!("expected a list of at least two tables of coordinates, found {count}"),
+            )
+            .at(context.place(&value.span), "a waypoint is missing")
+            .help("for a single pose, use a motion with `duration = 0` and coordinates"),
+        );
+        return None;
+    }
+    Some(list.iter().filter_map(Value::as_table).collect())
+}
+
 /// Reads the waypoints of a motion that starts at the time `start`, s. Returns `None` after an
 /// error, which has been reported.
 pub(super) fn read(
@@ -58,14 +83,7 @@ pub(super) fn read(
     start: f64,
 ) -> Option<Waypoints> {
     let context = reader.context;
-    let tables: Vec<&Table> = match value.as_list() {
-        Some(list) if list.len() >= 2 => list.iter().filter_map(Value::as_table).collect(),
-        _ => Vec::new(),
-    };
-    if tables.len() < 2 || value.as_list().is_some_and(|list| list.len() != tables.len()) {
-        context.wrong(value, "a list of at least two tables of coordinates");
-        return None;
-    }
+    let tables = tables(context, value)?;
     let channels = channels(reader, &tables)?;
     let mut limited = match motion.value("limits") {
         Some(value) => limits::read(reader, (motion, value), (&channels, &tables))?,

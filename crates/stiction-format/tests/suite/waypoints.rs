@@ -134,6 +134,9 @@ fn defects_are_explained() {
     for (text, says) in [
         ("waypoints = 3", "a list of at least two tables"),
         ("waypoints = [{ tool.x = 0 }]", "a list of at least two tables"),
+        ("waypoints = [{ tool.x = 0 }]", "found only one"),
+        ("waypoints = []", "found none"),
+        ("waypoints = [{ tool.x = 0 }, 3]", "a table of coordinates"),
         ("waypoints = [{ tool.x = 0 }, { tool.x = 1 }]", "the duration of the move"),
         ("waypoints = [{ tool.x = 0 }, { tool.y = 1, at = 1 }]", "does not give `tool.y`"),
         ("waypoints = [{ tool.x = 0, at = 0 }, { tool.x = 1, at = 1 }]", "cannot have `at`"),

@@ -40,8 +40,12 @@ pub(super) fn add_setting(
     let number = |amount: &Amount, unit: &str| match amount.unit.as_str() {
         "" => Ok(amount.number),
         _ => amount.to_unit(unit).map_err(|why| {
+            let Amount { number, unit: given } = amount;
             ExciteError::input(
-                format!("--limit of {}: {why}", setting.name),
+                format!(
+                    "--limit of {} is {number} {given}, but is measured in {unit}: {why}",
+                    setting.name
+                ),
                 format!("give it in {unit} or a unit of the same kind"),
             )
         }),

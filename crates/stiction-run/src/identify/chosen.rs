@@ -204,15 +204,14 @@ pub(super) fn chosen_efforts(
         ));
     }
     let found = if is_by_motors { by_motors } else { found };
-    let names = mechanism.actuators().map(|(j, dof)| mechanism.joints()[j.0].actuator_name(dof));
-    let missing: Vec<String> =
-        names.zip(&found).filter(|(_, found)| found.is_none()).map(|(name, _)| name).collect();
-    if !missing.is_empty() {
+    let missing = drives.iter().zip(&found).filter(|(_, found)| found.is_none());
+    let missing: Vec<&(String, &str)> = missing.map(|(drive, _)| drive).collect();
+    if let Some((first, unit)) = missing.first() {
+        let names: Vec<&str> = missing.iter().map(|(name, _)| name.as_str()).collect();
         return Err(refuse(
-            format!("{} has no effort of {}", log.name, missing.join(", ")),
+            format!("{} has no effort of {}", log.name, names.join(", ")),
             format!(
-                "add columns such as `{}.effort [N]`, or name them below [columns] of the options",
-                missing[0]
+                "add columns such as `{first}.effort [{unit}]`, or name them below [columns] of the options"
             ),
         ));
     }

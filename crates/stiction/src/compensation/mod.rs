@@ -20,6 +20,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use stiction_core::kinematics::Target;
 use stiction_core::random::Random;
 use stiction_program::{Feedforward, Tunable};
+use stiction_run::number;
 
 /// Number of instants of the motion at which the friction of the model is evaluated to fit the
 /// constant friction of each actuator.
@@ -139,9 +140,23 @@ impl Compensation {
                 "period",
             );
         }
-        if !positive(self.bandwidth) || self.bandwidth * self.period > 0.1 {
-            let help = "give a frequency of at most a tenth of the sampling rate, for example 5 Hz";
+        if !positive(self.bandwidth) {
+            let help = "give a frequency above 0, for example 5 Hz";
             return refuse("the bandwidth in Hz", self.bandwidth, help, "bandwidth");
+        }
+        if self.bandwidth * self.period > 0.1 {
+            let message = format!(
+                "a sampling period of {} s is too long for a bandwidth of {} Hz: the maximum is {} s, a tenth of the \
+                 period of this frequency",
+                number(self.period),
+                number(self.bandwidth),
+                number(0.1 / self.bandwidth)
+            );
+            let help = format!(
+                "give a shorter period, or a bandwidth of at most {} Hz",
+                number(0.1 / self.period)
+            );
+            return Err(Error::input(message).with_help(help).with_option("period"));
         }
         if !(size(self.known_to) && self.known_to < 1.0) {
             let help = "give a relative accuracy below 1, for example 0.1";
