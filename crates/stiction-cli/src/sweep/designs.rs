@@ -148,6 +148,9 @@ fn explained(error: &DesignError) -> Failure {
         }
         DesignError::Uncounted(key) => failure
             .help(format!("write `{key} = FROM..TO in 6`, or add --design lhs or --design sobol")),
+        DesignError::OneValue(key) => failure.help(format!(
+            "write `{key} = FROM..TO in 2` or more, or the single value as a list: `{key} = [VALUE]`"
+        )),
         DesignError::Counted(key) => failure.help(format!("write `{key} = FROM..TO` without `in`")),
         DesignError::TooManyKeys { .. } => failure.help("add --design lhs"),
         DesignError::TooManyRows { .. } => failure.help(

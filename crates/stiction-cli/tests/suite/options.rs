@@ -59,3 +59,15 @@ fn messages_name_the_value_at_fault() {
         folder.stiction(&[command, "slider-crank", option, value]).fails(2, says);
     }
 }
+
+#[test]
+fn studies_have_a_limit() {
+    let folder = Folder::new("options-sweep");
+    let sweep = |range: &str| {
+        let vary = format!("crank.mass=1 kg..2 kg in {range}");
+        let objective = ["--objective", "peak(A.effort)"];
+        folder.stiction(&[&["sweep", "slider-crank", "--vary", &vary][..], &objective].concat())
+    };
+    sweep("10000000000").fails(2, &["has 10000000000 rows", "the maximum is 1000000000"]);
+    sweep("1").fails(2, &["which cannot be both of its ends", "in 2"]);
+}

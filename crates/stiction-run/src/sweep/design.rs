@@ -24,8 +24,8 @@ enum Plan {
     Sobol(Vec<(Sobol, u64)>),
 }
 
-/// Largest number of rows of a grid.
-const MOST_ROWS: u64 = 1 << 40;
+/// Largest number of rows of a grid or Sobol design; a larger number indicates an error in the count.
+const MOST_ROWS: u64 = 1_000_000_000;
 /// Largest number of coordinates (rows times keys) in a Latin hypercube, whose permutations are
 /// stored in memory.
 const MOST_COORDINATES: u64 = 1 << 28;
@@ -47,6 +47,12 @@ pub enum DesignError {
     #[error("a grid needs the number of values in the range of `{0}`")]
     Uncounted(
         /// Name of the key whose range has no number of values.
+        String,
+    ),
+    /// A range has one value, so that one of its ends would be left out.
+    #[error("the range of `{0}` has one value, which cannot be both of its ends")]
+    OneValue(
+        /// Name of the key whose range has one value.
         String,
     ),
     /// A range has a number of values, which sampled designs do not allow.
@@ -91,13 +97,17 @@ impl Design {
         for variation in &variations {
             let own = variation.count();
             let own = own.ok_or_else(|| DesignError::Uncounted(variation.key.path.clone()))?;
-            count =
-                count.checked_mul(own).filter(|count| *count <= MOST_ROWS).ok_or_else(|| {
-                    DesignError::TooManyRows {
-                        rows: format!("more than {MOST_ROWS}"),
-                        most: MOST_ROWS,
-                    }
-                })?;
+            if own == 1 && variation.at(0) != variation.within(1.0) {
+                return Err(DesignError::OneValue(variation.key.path.clone()));
+            }
+            count = count.saturating_mul(own);
+        }
+        if count > MOST_ROWS {
+            let rows = match count {
+                u64::MAX => "countless".to_owned(),
+                count => count.to_string(),
+            };
+            return Err(DesignError::TooManyRows { rows, most: MOST_ROWS });
         }
         Ok(Self { variations, count, plan: Plan::Grid })
     }

@@ -176,7 +176,8 @@ impl Findings {
             self.write_extremes(out)?;
         }
         let ok = self.rows - self.failed - self.doubtful;
-        write!(out, "\n{} designs: {ok} ok", self.rows)?;
+        let plural = if self.rows == 1 { "design" } else { "designs" };
+        write!(out, "\n{} {plural}: {ok} ok", self.rows)?;
         for (count, what) in [(self.doubtful, "with cautions"), (self.failed, "without results")] {
             if count > 0 {
                 write!(out, ", {count} {what}")?;
