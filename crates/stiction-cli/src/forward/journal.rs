@@ -6,6 +6,7 @@ use crate::outputs::{CHECKPOINT, Outputs};
 use serde_json::{Value, json};
 use std::fs::File;
 use std::io::BufWriter;
+use std::path::Path;
 use std::time::{Duration, Instant};
 use stiction_run::forward::{Job, RunCheckpoint, checksum};
 
@@ -67,10 +68,7 @@ impl Journal {
     /// Reads the checkpoint in the output folder. The checkpoint must belong to an interrupted run
     /// of the same simulation: only the end time may differ.
     pub(super) fn read(&self, outputs: &Outputs) -> Result<Kept, Failure> {
-        let text = outputs.read(CHECKPOINT).ok_or_else(|| {
-            Failure::input(format!("there is no {CHECKPOINT} to resume from"))
-                .help("start again without --resume; runs with -o write a checkpoint every minute, see --checkpoint")
-        })?;
+        let text = outputs.read(CHECKPOINT).ok_or_else(|| nothing_to_resume(outputs))?;
         let wrong = |what: &str| {
             Failure::input(format!("{CHECKPOINT} {what}")).help("start again without --resume")
         };
@@ -145,4 +143,20 @@ fn for_each_file<T>(
 ) -> Result<[T; FILES.len()], Failure> {
     let [a, b, c, d, e, f] = FILES;
     Ok([make(0, a)?, make(1, b)?, make(2, c)?, make(3, d)?, make(4, e)?, make(5, f)?])
+}
+
+/// Returns the failure for a folder without a checkpoint, which a complete run removes.
+fn nothing_to_resume(outputs: &Outputs) -> Failure {
+    let path = outputs.path(CHECKPOINT);
+    let folder = path.parent().unwrap_or(Path::new("")).display();
+    let failure = Failure::input(format!("there is no {CHECKPOINT} in {folder} to resume from"));
+    match outputs.path("summary.json").is_file() {
+        true => failure.help(
+            "the run in this folder is complete (it has summary.json); to simulate longer, start again \
+             without --resume",
+        ),
+        false => failure.help(
+            "start again without --resume; runs with -o write a checkpoint every minute, see --checkpoint",
+        ),
+    }
 }

@@ -231,3 +231,12 @@ fn runs_that_cannot_resume_are_reported() {
         .stiction(&["forward", "--checkpoint", "-1", "-o", "."])
         .fails(2, &["--checkpoint is -1 s"]);
 }
+
+#[test]
+fn a_complete_run_has_nothing_to_resume() {
+    let folder = Folder::new("forward-resume-complete");
+    let run = ["forward", "slider-crank", "--until", "10 ms", "--report", "off", "-o", "done"];
+    folder.stiction(&run).succeeds();
+    let again = [&run[..], &["--resume"]].concat();
+    folder.stiction(&again).fails(2, &["no checkpoint.json in", "done", "is complete"]);
+}
