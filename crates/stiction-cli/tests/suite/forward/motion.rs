@@ -179,3 +179,38 @@ fn limits_of_the_system_are_said() {
         assert!(said.contains(says), "{limits}: {said}");
     }
 }
+
+/// A prescribed motion reverses a plate once, not again and again at one instant.
+#[test]
+fn a_prescribed_motion_reverses_a_plate_once() {
+    let folder = Folder::new("forward-prescribed-reversal");
+    let text = "
+        gravity = [0, 0, -9.81]
+        [bodies.block]
+        mass = 2
+        com = [0, 0, 0.05]
+        inertia = [0.01, 0.01, 0.01]
+        [joints.P]
+        type = \"P\"
+        from = \"ground\"
+        to = \"block\"
+        axis = \"x\"
+        actuated = true
+        [joints.plate]
+        type = \"E\"
+        from = \"ground\"
+        to = \"block\"
+        axis = \"z\"
+        friction = { mu = 0.2, radius = 0.02 }
+        [motions.m]
+        duration = 1
+        P = \"0.04 m*sin(2.3*t + 0.4) - 0.04 m*sin(0.4)\"";
+    folder.write("block.toml", text);
+    let run = ["forward", "block.toml", "--prescribe", "P", "--method", "event-driven"];
+    folder.stiction(&[&run[..], &["--report", "off", "-o", "."]].concat()).succeeds();
+    let events = folder.read("events.csv");
+    let rows: Vec<&str> = events.lines().skip(1).collect();
+    assert!(matches!(rows[..], [row] if row.contains(",reverses,plate,")), "{events}");
+    let time: f64 = rows[0].split(',').next().unwrap().parse().unwrap();
+    assert!((time - (std::f64::consts::FRAC_PI_2 - 0.4) / 2.3).abs() < 1e-9, "{time}");
+}

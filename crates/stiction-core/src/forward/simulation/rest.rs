@@ -12,7 +12,7 @@
 use super::between::Interpolation;
 use super::locate::Ending;
 use super::{REST, Simulation};
-use crate::forward::affine_friction::{InterfaceMode, norm};
+use crate::forward::affine_friction::{InterfaceMode, dot, norm};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 
@@ -48,12 +48,11 @@ impl Simulation<'_> {
         let mut most = f64::INFINITY;
         for (interface, mode) in self.modes.iter().enumerate() {
             let single = self.model.parameters.interfaces[interface].shape.has_one_dof();
-            if single || !matches!(mode, InterfaceMode::Slides(_)) {
-                continue;
-            }
+            let InterfaceMode::Slides(direction) = *mode else { continue };
             let velocity = self.now.interfaces[interface].velocity;
             let speed = norm(velocity);
-            if speed <= 0.0 {
+            // Where slip has just reversed, the velocity that is left is round-off.
+            if single || dot(velocity, direction) <= 0.0 {
                 continue;
             }
             let change = self.model.surface_acceleration(&self.now.bodies, interface);
