@@ -193,6 +193,12 @@ impl Summary {
         let [by_events, in_steps] = methods(&outcome.events, self.span());
         let turnover = account.turnover;
         let error = self.energy_error.peak.abs();
+        // Time stepping does not examine uniqueness.
+        let is_examined = in_steps == 0.0 || !job.friction;
+        let is_unique = |other: &dyn Fn(&EventKind) -> bool| -> Option<bool> {
+            let is_other = outcome.events.iter().any(|event| other(&event.kind));
+            (is_other || is_examined).then_some(!is_other)
+        };
         let others: Vec<Value> =
             outcome.events.iter().filter_map(|event| self.others(event)).collect();
         let mut value = json!({
@@ -237,14 +243,8 @@ impl Summary {
             "method": { "event_driven": by_events, "time_stepping": in_steps },
             "events": self.count_events(&outcome.events),
             "verdicts": {
-                "shares_unique": !outcome
-                    .events
-                    .iter()
-                    .any(|e| matches!(e.kind, EventKind::SharesNotUnique { .. })),
-                "motion_unique": !outcome
-                    .events
-                    .iter()
-                    .any(|e| matches!(e.kind, EventKind::NotUnique { .. })),
+                "shares_unique": is_unique(&|kind| matches!(kind, EventKind::SharesNotUnique { .. })),
+                "motion_unique": is_unique(&|kind| matches!(kind, EventKind::NotUnique { .. })),
                 "other_motions": others,
                 "start_rates_as_asked": !outcome.rates_changed,
                 "redundant": outcome.redundant,

@@ -281,10 +281,13 @@ fn write_energy(out: &mut impl Write, summary: &Summary) -> fmt::Result {
 fn write_method(out: &mut impl Write, summary: &Summary, outcome: &Outcome) -> fmt::Result {
     match methods(&outcome.events, summary.span()) {
         [_, 0.0] => writeln!(out, "method: event-driven"),
-        [0.0, _] => writeln!(out, "method: time-stepping; reactions are averages over steps"),
+        [0.0, _] => writeln!(
+            out,
+            "method: time-stepping; reactions are averages over steps, uniqueness is not examined"
+        ),
         [by_events, in_steps] => writeln!(
             out,
-            "method: event-driven for {} s, time-stepping for {} s, where reactions are averages over steps",
+            "method: event-driven for {} s, time-stepping for {} s, where reactions are averages over steps and uniqueness is not examined",
             number(by_events),
             number(in_steps)
         ),

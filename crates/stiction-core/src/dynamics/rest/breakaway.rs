@@ -18,13 +18,15 @@ use nalgebra::{DMatrix, DVector};
 /// other actuators are zero. Every interface that slides in this motion exerts its static friction
 /// limit against the sliding, coupled with the normal forces. An interface that does not slide may
 /// exert any static friction. If this friction affects the normal forces, the breakaway effort is
-/// an interval: motion may begin at the first value, and has certainly begun at the second. The
-/// values are infinite if friction locks the mechanism against the impending motion.
+/// an interval: the impending motion may begin at the first value, and the second sustains it
+/// whatever this friction is. Within the effort interval of the actuator, other static friction may
+/// still hold the mechanism. The values are infinite if friction locks the mechanism against the
+/// impending motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Breakaway {
-    /// Efforts at which forward motion may begin and at which it has certainly begun, N or N m.
+    /// Efforts at which forward motion may begin, and that sustain it in any case, N or N m.
     pub forward: (f64, f64),
-    /// Efforts at which backward motion may begin and at which it has certainly begun, N or N m.
+    /// Efforts at which backward motion may begin, and that sustain it in any case, N or N m.
     pub backward: (f64, f64),
 }
 

@@ -39,7 +39,7 @@ pub(in crate::forward) fn of(job: &Job<'_>, summary: &Summary, outcome: &Outcome
     all.push(Finding::good(
         statement,
         "Event by event, each stick and slip onset is located; with time stepping, reactions are averages over \
-         steps.",
+         steps, and it is not examined whether the motion and the static frictions are unique.",
     ));
     all
 }
