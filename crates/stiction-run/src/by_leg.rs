@@ -90,9 +90,13 @@ impl ByLeg {
 
     /// Converts the curves to panels for plotting; `unit` is the unit of the plotted values.
     pub(crate) fn panels(self, names: &Names, unit: &str) -> Vec<Panel> {
-        let panel =
-            |name: &String| Panel { y_label: format!("{name} [{unit}]"), ..Panel::default() };
-        let mut panels: Vec<Panel> = self.panel_names.iter().map(panel).collect();
+        let panel = |(panel, name): (usize, &String)| {
+            let mut own = self.panel_of_interface.iter().zip(&names.rotates);
+            let rotates = own.any(|(at, rotates)| *at == panel && *rotates);
+            let unit = if rotates { format!("{unit}, {unit} m") } else { unit.to_owned() };
+            Panel { y_label: format!("{name} [{unit}]"), ..Panel::default() }
+        };
+        let mut panels: Vec<Panel> = self.panel_names.iter().enumerate().map(panel).collect();
         let colours = self.colours();
         let traces = self.traces.into_iter().zip(&names.interfaces).zip(colours);
         for (((trace, (name, _)), colour), &panel) in traces.zip(&self.panel_of_interface) {

@@ -15,6 +15,9 @@ pub(crate) struct Names {
     pub(crate) joints: Vec<String>,
     /// Name of each friction interface, and index of its joint.
     pub(crate) interfaces: Vec<(String, usize)>,
+    /// For each friction interface, true if its friction is a moment and its sliding velocity an
+    /// angular velocity, as those of motors that rotate.
+    pub(crate) rotates: Vec<bool>,
     /// Name of each gearing, and unit of its effort.
     pub(crate) gearings: Vec<(String, &'static str)>,
     /// Names of the friction interfaces whose law has an internal state. Inverse dynamics computes
@@ -49,6 +52,7 @@ impl Names {
             drives,
             bodies: mechanism.bodies().iter().map(|body| body.name.clone()).collect(),
             joints: joints.iter().map(|joint| joint.name.clone()).collect(),
+            rotates: vec![false; interfaces.len()],
             interfaces,
             gearings: mechanism.gearings().iter().map(gearing).collect(),
             steady,
@@ -61,9 +65,32 @@ impl Names {
     /// those of the joints. Simulations use this order.
     pub(crate) fn with_shafts(mechanism: &Mechanism) -> Self {
         let mut names = Self::new(mechanism);
-        let shafts = mechanism.shafts_with_friction().into_iter();
-        names.interfaces.extend(shafts.map(|(name, joint)| (format!("{name}.motor"), joint.0)));
+        for shaft in mechanism.shafts_with_friction() {
+            names.interfaces.push((format!("{}.motor", shaft.name), shaft.joint.0));
+            names.rotates.push(shaft.rotates);
+        }
         names
+    }
+
+    /// Returns the unit of the friction of an interface.
+    pub(crate) fn friction_unit(&self, interface: usize) -> &'static str {
+        if self.rotates[interface] { "N m" } else { "N" }
+    }
+
+    /// Returns the names of columns for each friction interface. `quantities` are those of an
+    /// interface at which something slides, with units.
+    pub(crate) fn friction_columns(&self, quantities: &[&str]) -> Vec<String> {
+        let each = self.interfaces.iter().zip(&self.rotates);
+        let columns = each.flat_map(|((name, _), rotates)| {
+            quantities.iter().map(move |quantity| match rotates {
+                true => {
+                    let quantity = quantity.replace("[N]", "[N m]").replace("[m/s]", "[rad/s]");
+                    format!("{name}.{quantity}")
+                }
+                false => format!("{name}.{quantity}"),
+            })
+        });
+        columns.collect()
     }
 }
 

@@ -43,7 +43,7 @@ impl Names {
             interfaces.extend(joint.interface_names());
         }
         let shafts = mechanism.shafts_with_friction();
-        let shafts = shafts.into_iter().map(|(name, _)| format!("{name}.motor"));
+        let shafts = shafts.into_iter().map(|shaft| format!("{}.motor", shaft.name));
         let with_shafts = interfaces.iter().cloned().chain(shafts).collect();
         Self {
             actuators,

@@ -169,6 +169,19 @@ pub struct Mechanism {
     characteristic_length: f64,
 }
 
+/// Degree of freedom whose motor or gear has friction, see [`Mechanism::shafts_with_friction`].
+#[doc(hidden)]
+#[derive(Clone, Copy, Debug)]
+pub struct FrictionShaft<'a> {
+    /// Name of the first drive train with friction on the degree of freedom.
+    pub name: &'a str,
+    /// Joint of the degree of freedom; the first of the joints that a motor with its own shaft
+    /// drives.
+    pub joint: JointId,
+    /// True if friction is a moment, N m, and the sliding velocity an angular velocity, rad/s.
+    pub rotates: bool,
+}
+
 impl Mechanism {
     /// Name of the mechanism.
     pub fn name(&self) -> &str {
@@ -219,22 +232,25 @@ impl Mechanism {
     }
 
     /// Lists the actuated degrees of freedom whose motors or gears have friction, in the order of
-    /// the drive trains. Each entry contains the name of the first drive train with friction on the
-    /// degree of freedom, and the joint. A motor that has its own shaft in simulations has a
-    /// separate entry, with the first of the joints that it drives. For each entry, simulations
-    /// append one friction interface to the interfaces of the joints.
+    /// the drive trains. A motor that has its own shaft in simulations has a separate entry. For
+    /// each entry, simulations append one friction interface to the interfaces of the joints.
     #[doc(hidden)]
-    pub fn shafts_with_friction(&self) -> Vec<(&str, JointId)> {
-        let mut found: Vec<(&str, (JointId, usize))> = Vec::new();
+    pub fn shafts_with_friction(&self) -> Vec<FrictionShaft<'_>> {
+        let mut found: Vec<(&str, (JointId, usize), bool)> = Vec::new();
         let trains = self.drive_trains.iter().zip(self.trains_on_shafts());
         for (train, on_shaft) in trains.filter(|(train, _)| train.has_friction()) {
             let Some(driven) = train.dofs.first() else { continue };
             let driven = (driven.joint, driven.dof);
-            if on_shaft || !found.iter().any(|(_, known)| *known == driven) {
-                found.push((&train.name, driven));
+            if on_shaft || !found.iter().any(|(_, known, _)| *known == driven) {
+                found.push((&train.name, driven, on_shaft));
             }
         }
-        found.into_iter().map(|(name, (joint, _))| (name, joint)).collect()
+        let shaft = |(name, (joint, dof), on_shaft): (_, (JointId, usize), bool)| {
+            let dofs = self.joints[joint.0].joint_type.dofs();
+            let translates = dofs.get(dof).is_some_and(|own| own.translates());
+            FrictionShaft { name, joint, rotates: on_shaft || !translates }
+        };
+        found.into_iter().map(shaft).collect()
     }
 
     /// Gravitational acceleration in world axes, m/s^2.

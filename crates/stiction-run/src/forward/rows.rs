@@ -120,7 +120,7 @@ impl Layout {
             reactions.extend([format!("{name}.effort [{unit}]"), format!("{name}.determined")]);
         }
         let interfaces = || self.names.interfaces.iter().map(|(name, _)| name.as_str());
-        let friction = columns(interfaces(), &INTERFACE);
+        let friction = self.names.friction_columns(&INTERFACE);
         let mut energy = ["kinetic [J]", "potential [J]"].map(str::to_owned).to_vec();
         energy.extend(columns(
             self.names.drives.iter().map(|(name, _)| name.as_str()),

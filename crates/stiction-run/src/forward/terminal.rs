@@ -219,13 +219,14 @@ fn write_friction(out: &mut impl Write, summary: &Summary, outcome: &Outcome) ->
         let Some(sticking) = sticking.get(k) else { continue };
         writeln!(
             out,
-            "{:wide$}  {:>11} J {:>9}  {:>9} s  {:>7}  {:>12} N",
+            "{:wide$}  {:>11} J {:>9}  {:>9} s  {:>7}  {:>12} {}",
             names[k].0,
             number(dissipated(k)),
             percent(part),
             number(sticking.time),
             sticking.stops,
             number(summary.loads[k].peak),
+            summary.layout.names.friction_unit(k),
         )?;
     }
     let more = names.len() - listed.len();

@@ -114,7 +114,7 @@ impl Animation {
             all.extend(quantities.iter().map(|quantity| format!("{name}.{quantity} [{unit}]")));
         }
         all.extend(columns(names.joints.iter().map(String::as_str), &REACTION));
-        all.extend(columns(names.interfaces.iter().map(|(name, _)| name.as_str()), &INTERFACE));
+        all.extend(names.friction_columns(&INTERFACE));
         let bodies = mechanism.bodies()[1..].iter().map(|body| body.name.as_str());
         all.extend(columns(bodies, &LOAD));
         all.extend(whole.iter().map(|name| (*name).to_owned()));

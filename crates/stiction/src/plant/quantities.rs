@@ -144,6 +144,7 @@ impl Table {
         for (body, name) in names.bodies.iter().enumerate().skip(1) {
             table.add_body(body, name);
         }
+        let shafts = mechanism.shafts_with_friction();
         for (k, name) in names.with_shafts.iter().enumerate() {
             let about = "1 while the friction interface sticks, 0 while it slips";
             let sticks = Variable::integer(&format!("{name}.sticks"), Causality::Output, about);
@@ -152,12 +153,16 @@ impl Table {
                 let name = format!("{name}.{ending}");
                 table.add(quantity, Variable::real(&name, causality, unit, about));
             };
+            // The friction interfaces of motors come after those of the joints.
+            let shaft = k.checked_sub(names.interfaces.len()).and_then(|k| shafts.get(k));
+            let rotates = shaft.is_some_and(|shaft| shaft.rotates);
+            let [force, speed] = if rotates { ["N.m", "rad/s"] } else { ["N", "m/s"] };
             let about = "Friction force at the sliding surface";
-            add("friction", Quantity::Friction(k), Causality::Output, "N", about);
+            add("friction", Quantity::Friction(k), Causality::Output, force, about);
             let about = "Sliding speed at the surface";
-            add("sliding_speed", Quantity::SlidingSpeed(k), Causality::Local, "m/s", about);
+            add("sliding_speed", Quantity::SlidingSpeed(k), Causality::Local, speed, about);
             let about = "Normal load of the friction interface";
-            add("normal_load", Quantity::NormalLoad(k), Causality::Local, "N", about);
+            add("normal_load", Quantity::NormalLoad(k), Causality::Local, force, about);
         }
         let about = "Number of stick onsets, slip onsets and jumps of velocities since the start";
         table.add(Quantity::Events, Variable::integer("events.count", Causality::Output, about));

@@ -214,3 +214,38 @@ fn a_prescribed_motion_reverses_a_plate_once() {
     let time: f64 = rows[0].split(',').next().unwrap().parse().unwrap();
     assert!((time - (std::f64::consts::FRAC_PI_2 - 0.4) / 2.3).abs() < 1e-9, "{time}");
 }
+
+/// The friction of a motor that rotates is a moment, and its sliding velocity an angular velocity.
+#[test]
+fn friction_of_motors_has_units_of_rotations() {
+    let folder = Folder::new("forward-motor-units");
+    let text = "
+        gravity = [0, -9.81, 0]
+        [bodies.arm]
+        mass = 1
+        com = [0.1, 0, 0]
+        inertia = [0.01, 0.01, 0.01]
+        [joints.A]
+        type = \"R\"
+        from = \"ground\"
+        to = \"arm\"
+        axis = \"z\"
+        friction = { mu = 0.1, radius = 0.01 }
+        [actuators.motor]
+        joint = \"A\"
+        ratio = 5
+        motor_friction = { constant = \"20 mN m\" }
+        [motions.swing]
+        duration = 0.1
+        A = \"t\"";
+    folder.write("arm.toml", text);
+    let out = folder.stiction(&["forward", "arm.toml", "-o", "."]).succeeds().to_owned();
+    let friction = folder.read("friction.csv");
+    let header = friction.lines().next().unwrap();
+    for name in ["A.speed [m/s]", "A.load [N]", "motor.motor.speed [rad/s]"] {
+        assert!(header.contains(name), "{header}");
+    }
+    assert!(header.contains("motor.motor.load [N m],motor.motor.friction [N m]"), "{header}");
+    let line = out.lines().find(|line| line.starts_with("motor.motor ")).unwrap();
+    assert!(line.ends_with(" N m"), "{line}");
+}
