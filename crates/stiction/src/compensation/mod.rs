@@ -22,6 +22,8 @@ use stiction_core::random::Random;
 use stiction_program::{Feedforward, Tunable};
 use stiction_run::number;
 
+/// Default sampling period, s.
+const PERIOD: f64 = 1e-3;
 /// Number of instants of the motion at which the friction of the model is evaluated to fit the
 /// constant friction of each actuator.
 const FITTED: u32 = 2000;
@@ -59,7 +61,7 @@ impl Compensation {
             transitions: vec![Transition::Sign],
             bandwidth: 5.0,
             damping: 1.0,
-            period: 1e-3,
+            period: PERIOD,
             known_to: 0.1,
             seed: 1,
             imperfections: Imperfections::default(),
@@ -156,7 +158,9 @@ impl Compensation {
                 "give a shorter period, or a bandwidth of at most {} Hz",
                 number(0.1 / self.period)
             );
-            return Err(Error::input(message).with_help(help).with_option("period"));
+            // With the usual period, the bandwidth is at fault.
+            let option = if self.period == PERIOD { "bandwidth" } else { "period" };
+            return Err(Error::input(message).with_help(help).with_option(option));
         }
         if !(size(self.known_to) && self.known_to < 1.0) {
             let help = "give a relative accuracy below 1, for example 0.1";
