@@ -47,6 +47,11 @@ const open = (film, origin) => {
     const from = placed(frame, joint.from, joint.at[0]), to = placed(frame, joint.to, joint.at[1]);
     return plus(from, times3(minus(to, from), joint.weight));
   };
+  // Bodies on which loads act, the force of such a load, and the start of its arrow.
+  const loadOn = k => `load on ${scene.bodies[k].name}`;
+  const loaded = scene.bodies.map((_, k) => k).filter(k => k && columnOf.has(`${loadOn(k)}.fx`));
+  const loadAt = (frame, k) => vectorAt(loadOn(k), "f", frame);
+  const loadFrom = (frame, k) => placed(frame, k, vectorAt(loadOn(k), "", frame));
   // The last kept sample that is not later than a time.
   const frameOf = time => {
     let low = 0, high = frames - 1;
@@ -63,7 +68,7 @@ const open = (film, origin) => {
   };
   // Every so many samples, for sizes that need not be exact.
   const some = Array.from({ length: Math.min(frames, 160) }, (_, k) => Math.round(k * (frames - 1) / Math.max(1, Math.min(frames, 160) - 1)));
-  return { film, label: film.label, scene, times, frames, columnOf, unitOf, valueIn, valueAt, vectorAt, turned, placed, poseAt, jointAt, frameOf, nearestFrame, some };
+  return { film, label: film.label, scene, times, frames, columnOf, unitOf, valueIn, valueAt, vectorAt, turned, placed, poseAt, jointAt, loaded, loadAt, loadFrom, frameOf, nearestFrame, some };
 };
 
 // The run of the controls, and those that can be laid over it.

@@ -11,14 +11,13 @@ const greatest = list => {
 const forceAt = (own, joint, frame) => own.vectorAt(joint.name, "f", frame);
 const effortAt = (own, actuator, frame) => own.valueAt(`${actuator.name}.drive`, frame) || 0;
 const efforts = turns => greatest((own, f) => Math.max(0, ...own.film.actuators.filter(a => a.turns === turns).map(a => Math.abs(effortAt(own, a, f)))));
-for (const own of [run, ...others]) own.loaded = own.scene.bodies.map((_, k) => k).filter(k => k && own.columnOf.has(`${own.scene.bodies[k].name}.fx`));
 const powers = scene.joints.map((joint, k) => film.interfaces.filter(own => own[1] === k).map(own => own[0]));
 const powerAt = (joint, frame) => powers[joint].reduce((sum, name) => sum + (valueAt(`${name}.power`, frame) || 0), 0);
 const most = {
   reaction: greatest((own, f) => Math.max(0, ...own.scene.joints.map(joint => norm(forceAt(own, joint, f))))),
   force: efforts(false),
   torque: efforts(true),
-  load: greatest((own, f) => Math.max(0, ...own.loaded.map(k => norm(own.vectorAt(own.scene.bodies[k].name, "f", f))))),
+  load: greatest((own, f) => Math.max(0, ...own.loaded.map(k => norm(own.loadAt(f, k))))),
   power: greatest((own, f) => own === run ? Math.max(0, ...scene.joints.map((_, k) => powerAt(k, f))) : 0),
 };
 
@@ -130,8 +129,8 @@ const reach = () => 0.26 * Math.min(room.width, room.height);
 const arrowsAt = (own, frame, places) => {
   const inkOf = colour => own === run ? colour : ink.soft, side = own === run ? 1 : -1;
   if (state.loads && most.load > 0) for (const k of own.loaded) {
-    const body = own.scene.bodies[k], [x, y] = flat(times3(own.vectorAt(body.name, "f", frame), reach() / most.load));
-    const from = project(own.placed(frame, k, body.com));
+    const [x, y] = flat(times3(own.loadAt(frame, k), reach() / most.load));
+    const from = project(own.loadFrom(frame, k));
     arrow(from, [from[0] + x, from[1] + y], inkOf(ink.good));
   }
   if (state.reactions && most.reaction > 0) own.scene.joints.forEach((joint, k) => {

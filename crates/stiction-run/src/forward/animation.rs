@@ -24,7 +24,8 @@ impl Animation {
     pub fn new(job: &Job<'_>, count: usize) -> Self {
         let layout = Layout::new(job);
         let mechanism = &job.model.mechanism;
-        let shared = Shared::new(job.model, &layout.names, &["drive"], &[], count);
+        let shared =
+            Shared::new(job.model, &layout.names, &["drive"], &[], count).with_loads(job.load);
         Self { layout, ground: mechanism.base(), shared }
     }
 

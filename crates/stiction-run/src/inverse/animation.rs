@@ -36,7 +36,8 @@ impl Animation {
         let quantities = ["drive", "drive_low", "drive_high", "drive_frictionless"];
         let whole = ["distance.actuation [-]", "distance.constraint [-]"];
         let names = Names::new(mechanism);
-        let shared = Shared::new(job.model, &names, &quantities, &whole, count);
+        let shared =
+            Shared::new(job.model, &names, &quantities, &whole, count).with_loads(job.load);
         Self { shared, least: Least::default(), nearest: None }
     }
 

@@ -7,6 +7,7 @@
 use crate::bodies::poses_in_world;
 use crate::dofs::{Dof, actuated, dofs_of};
 use crate::names::Names;
+use crate::report::load_points::LoadPoints;
 use crate::table::{REACTION, columns};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -15,7 +16,7 @@ use stiction_core::mechanism::Mechanism;
 use stiction_core::spatial::{Pose, Quaternion, Vec3};
 use stiction_draw::drawing::{Detail, Drawing, Surface, Trail};
 use stiction_draw::viewer::{Actuator, Film, Ghost, Mesh, MeshFile, Shot, robot};
-use stiction_format::{MeshFormat, ModelFile};
+use stiction_format::{LoadCase, MeshFormat, ModelFile};
 
 /// Largest size of the samples in a page, bytes of text. The limit allows the page to be sent by
 /// e-mail.
@@ -27,8 +28,11 @@ const ROUNDING: f64 = 1e-12;
 
 /// Names of the columns of each friction interface.
 const INTERFACE: [&str; 5] = ["speed [m/s]", "load [N]", "friction [N]", "power [W]", "sticks"];
-/// Names of the columns of the external load on each body.
-const LOAD: [&str; 6] = ["fx [N]", "fy [N]", "fz [N]", "mx [N m]", "my [N m]", "mz [N m]"];
+/// Names of the columns of the external load on each body: the force in world axes, and the point
+/// at which its arrow starts, in the frame of the body.
+const LOAD: [&str; 6] = ["fx [N]", "fy [N]", "fz [N]", "x [m]", "y [m]", "z [m]"];
+/// Number of columns in [`LOAD`] for the force.
+const FORCE: usize = 3;
 /// Number of values of a pose: position and quaternion.
 const POSE: usize = 7;
 
@@ -76,6 +80,7 @@ pub(crate) struct Animation {
     columns: Vec<String>,
     actuators: Vec<Actuator>,
     meshes: Vec<Mesh>,
+    load_points: LoadPoints,
     /// Poses of all bodies in the world at the first sample, the ground first.
     first: Vec<Pose<f64>>,
     origin: Vec3<f64>,
@@ -115,8 +120,9 @@ impl Animation {
         }
         all.extend(columns(names.joints.iter().map(String::as_str), &REACTION));
         all.extend(names.friction_columns(&INTERFACE));
-        let bodies = mechanism.bodies()[1..].iter().map(|body| body.name.as_str());
-        all.extend(columns(bodies, &LOAD));
+        // Joints and bodies may have the same names.
+        let loads = mechanism.bodies()[1..].iter().map(|body| format!("load on {}", body.name));
+        all.extend(columns(loads.collect::<Vec<_>>().iter().map(String::as_str), &LOAD));
         all.extend(whole.iter().map(|name| (*name).to_owned()));
         let places = actuated(&dofs);
         let actuators = names.drives.iter().zip(&places);
@@ -128,6 +134,7 @@ impl Animation {
         Self {
             mechanism: mechanism.clone(),
             meshes: meshes_of(model),
+            load_points: LoadPoints::default(),
             actuators: actuators.collect(),
             columns: all,
             first: Vec::new(),
@@ -145,6 +152,12 @@ impl Animation {
             quantities: quantities.len(),
             whole: whole.len(),
         }
+    }
+
+    /// Sets the load case whose points of application are the starts of the arrows of loads.
+    pub(crate) fn with_loads(self, load: &LoadCase) -> Self {
+        let load_points = LoadPoints::new(load, self.mechanism.bodies().len());
+        Self { load_points, ..self }
     }
 
     /// Creates an empty animation of `count` samples without forces.
@@ -169,15 +182,17 @@ impl Animation {
 
     /// Adds a sample: poses of all bodies in the world, the ground first, and the values of all
     /// columns. The order of the columns is actuators, joints, friction interfaces, loads of
-    /// bodies, singularity indices.
+    /// bodies, singularity indices. The load of a body is its force, N, and its moment about the
+    /// origin of the body's frame, N m, in world axes.
     pub(crate) fn push(
         &mut self,
         time: f64,
         poses: impl IntoIterator<Item = Pose<f64>>,
-        values: Vec<f64>,
+        mut values: Vec<f64>,
     ) {
         self.poses.clear();
         self.poses.extend(poses);
+        self.replace_moments(&mut values);
         if self.first.is_empty() {
             self.first.clone_from(&self.poses);
             self.origin = Drawing::new(&self.mechanism, &self.poses).middle();
@@ -211,6 +226,18 @@ impl Animation {
         }
         self.last = Some(frame);
         self.count += 1;
+    }
+
+    /// Replaces the moments of the loads on bodies in `values` by the points at which the arrows of
+    /// these loads start.
+    fn replace_moments(&self, values: &mut [f64]) {
+        let first = self.columns.len() - self.whole - LOAD.len() * (self.poses.len() - 1);
+        let loads = values[first..].chunks_exact_mut(LOAD.len()).zip(&self.poses[1..]);
+        for (body, (load, pose)) in loads.enumerate() {
+            let vector = |at: usize| Vec3::new(load[at], load[at + 1], load[at + 2]);
+            let start = self.load_points.start(body + 1, pose, [vector(0), vector(FORCE)]);
+            load[FORCE..].copy_from_slice(&start.to_array());
+        }
     }
 
     /// Collects the values whose extremes are stored: efforts, magnitudes of reactions, normal
@@ -274,9 +301,7 @@ impl Animation {
         let first = self.columns.len() - loads - self.whole;
         let acts = |body: usize| {
             let from = first + LOAD.len() * body;
-            frames
-                .values()
-                .any(|frame| frame.values[from..from + LOAD.len()].iter().any(|x| *x != 0.0))
+            frames.values().any(|frame| frame.values[from..from + FORCE].iter().any(|x| *x != 0.0))
         };
         let mut keep = vec![true; self.columns.len()];
         for body in (0..bodies.len()).filter(|&body| !acts(body)) {

@@ -5,6 +5,7 @@
 pub(crate) mod animation;
 mod finding;
 pub(crate) mod html;
+mod load_points;
 
 pub(crate) use finding::{Finding, findings, findings_json};
 

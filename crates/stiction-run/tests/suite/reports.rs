@@ -458,12 +458,8 @@ fn long_runs_are_thinned_and_keep_their_peaks() {
     let run = report(&Job { step, ..job });
     assert_eq!(run.summary["options"]["samples"], 25_000);
     assert!(run.html.len() < 10_000_000, "{}", run.html.len());
-    let begin = run.html.find("class=\"film\">").unwrap() + "class=\"film\">".len();
-    let end = begin + run.html[begin..].find("</script>").unwrap();
-    let film: Value = serde_json::from_str(&run.html[begin..end]).unwrap();
-    let bytes = decoded(film["times"].as_str().unwrap());
-    let times: Vec<f64> =
-        bytes.chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().unwrap())).collect();
+    let film = film_of(&run.html);
+    let times = doubles(&film["times"]);
     assert!(times.len() < 4000 && times.is_sorted() && film["of"] == 25_000);
     let columns = film["columns"].as_array().unwrap().len();
     assert_eq!(decoded(film["values"].as_str().unwrap()).len(), 8 * columns * times.len());
@@ -503,4 +499,57 @@ fn decoded(text: &str) -> Vec<u8> {
         bytes.extend_from_slice(&bits.to_be_bytes()[1..kept]);
     }
     bytes
+}
+
+/// Data of the moving robot in a page.
+fn film_of(html: &str) -> Value {
+    let begin = html.find("class=\"film\">").unwrap() + "class=\"film\">".len();
+    let end = begin + html[begin..].find("</script>").unwrap();
+    serde_json::from_str(&html[begin..end]).unwrap()
+}
+
+fn doubles(text: &Value) -> Vec<f64> {
+    let bytes = decoded(text.as_str().unwrap());
+    bytes.chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().unwrap())).collect()
+}
+
+fn pendulum() -> ModelFile {
+    model_of(
+        "pendulum",
+        r#"
+        gravity = [0, "-9.81 m/s^2", 0]
+        [bodies.arm]
+        mass = 2
+        com = ["0.5 m", 0, 0]
+        inertia = [0.1, 0.1, 0.1]
+        [joints.J]
+        type = "R"
+        from = "ground"
+        to = "arm"
+        axis = "z"
+        actuated = true
+        [loads.tip]
+        arm = { force = [0, "20 N", 0], at = ["1 m", "0.1 m", 0] }
+        [motions.m]
+        J = "t"
+        duration = 1
+        "#,
+    )
+}
+
+/// Tests the starts of arrows, which are fixed in the body.
+#[test]
+fn arrows_of_loads_start_at_their_points_of_application() {
+    let model = pendulum();
+    let film = film_of(&report(&job(&model, "m", "tip", FrictionMode::Off)).html);
+    let names: Vec<&str> =
+        film["columns"].as_array().unwrap().iter().map(|name| name.as_str().unwrap()).collect();
+    let values = doubles(&film["values"]);
+    let rows: Vec<&[f64]> = values.chunks_exact(names.len()).collect();
+    assert!(rows.len() > 10);
+    let column = |name: &str| names.iter().position(|own| *own == name).unwrap();
+    for (name, expected) in [("fy [N]", 20.0), ("x [m]", 1.0), ("y [m]", 0.1), ("z [m]", 0.0)] {
+        let place = column(&format!("load on arm.{name}"));
+        assert!(rows.iter().all(|row| (row[place] - expected).abs() < 1e-12), "{name}");
+    }
 }
