@@ -4,7 +4,7 @@
 use crate::answer;
 use crate::arguments::Report;
 use crate::failure::Failure;
-use crate::outputs::Outputs;
+use crate::outputs::{ENVELOPE, Outputs};
 use crate::print;
 use crate::report::{FILE, command_line};
 use crate::written::note_folder;
@@ -87,11 +87,22 @@ fn short_name(text: &str) -> Option<String> {
     (!clean.is_empty()).then_some(clean)
 }
 
+/// Names of the files that a single run of the command may write: tables (with extension), figures
+/// (without) and the log.
+#[derive(Clone, Copy)]
+pub(crate) struct SingleRun<'a> {
+    pub(crate) tables: &'a [&'a str],
+    pub(crate) figures: &'a [&'a str],
+    pub(crate) log: &'a str,
+}
+
 /// Runs all cases and writes the envelope of the results. Calls `each` with the index of a case
-/// and, if there is an output folder, with the subfolder of this case.
+/// and, if there is an output folder, with the subfolder of this case. Removes results of an
+/// earlier single run, whose names are `single`, from the output folder.
 pub(crate) fn run_all(
     robot: &Robot,
     (folder, as_json, report): (Option<&Path>, bool, Report),
+    single: SingleRun<'_>,
     cases: &[Case<'_>],
     mut each: impl FnMut(usize, Option<&Path>) -> Result<Done, Failure>,
 ) -> Result<(), Failure> {
@@ -127,8 +138,9 @@ pub(crate) fn run_all(
         print(&text)?;
     }
     if let Some(mut outputs) = outputs {
-        outputs.write("envelope.json", format!("{json:#}\n").as_bytes())?;
-        outputs.write("envelope.csv", &comparison.csv())?;
+        let [summary, table] = ENVELOPE;
+        outputs.write(summary, format!("{json:#}\n").as_bytes())?;
+        outputs.write(table, &comparison.csv())?;
         let title = format!("Actuator efforts: {}", robot.name());
         let figure = overlay(title, curves);
         if report.is_on() {
@@ -140,7 +152,8 @@ pub(crate) fn run_all(
             outputs.write(FILE, page.as_bytes())?;
         }
         outputs.write_figures(vec![("drives", figure)])?;
-        files.extend(outputs.complete(&["drives.png", FILE])?);
+        let SingleRun { tables, figures, log } = single;
+        files.extend(outputs.complete_run(tables, figures, log)?);
     }
     if !as_json {
         note_folder(folder, &files);

@@ -2,10 +2,10 @@
 
 use crate::answer;
 use crate::arguments::{Filter, Formats, Friction, Inverse, Report};
-use crate::cases::{self, Done};
+use crate::cases::{self, Done, SingleRun};
 use crate::failure::Failure;
 use crate::fold::folded;
-use crate::outputs::{Outputs, supported};
+use crate::outputs::{Outputs, SUMMARY, supported};
 use crate::print;
 use crate::progress::Progress;
 use crate::report;
@@ -83,7 +83,12 @@ fn several(
         .map(|case| choice.request(robot, case.motion, case.load))
         .collect::<Result<Vec<_>, _>>()?;
     let shape = (folder, options.json, options.report);
-    cases::run_all(robot, shape, cases, |index, folder| {
+    let names = SingleRun {
+        tables: &Tables::<BufWriter<File>>::FILES,
+        figures: &Curves::FILES,
+        log: "inverse.mcap",
+    };
+    cases::run_all(robot, shape, names, cases, |index, folder| {
         let run = along(robot, &requests[index], choice, folder, interrupted, |run| {
             if options.json { Ok(()) } else { print(&folded(&run.text)) }
         })?;
@@ -223,7 +228,7 @@ pub(crate) fn along(
             outputs.write_mcap("inverse.mcap", &job.model.mechanism, sources)?;
         }
         outputs.convert_tables(&tables, choice.formats)?;
-        outputs.write("summary.json", format!("{:#}\n", run.json).as_bytes())?;
+        outputs.write(SUMMARY, format!("{:#}\n", run.json).as_bytes())?;
         let figures = curves.figures();
         let page = animation.map(|animation| {
             let command = report::command_line();

@@ -18,6 +18,10 @@ use stiction_run::exchange::npz_of_csv;
 
 /// Name of the file with the checkpoint from which an interrupted simulation resumes.
 pub(crate) const CHECKPOINT: &str = "checkpoint.json";
+/// Name of the file with the summary of a run.
+pub(crate) const SUMMARY: &str = "summary.json";
+/// Names of the files with the envelope of several runs.
+pub(crate) const ENVELOPE: [&str; 2] = ["envelope.json", "envelope.csv"];
 /// Size of the buffer of each file in bytes. Tables have kilobytes per row; with larger buffers, the
 /// system is called less often.
 const BUFFER: usize = 1 << 16;
@@ -330,7 +334,8 @@ impl Outputs {
     }
 
     /// Completes the files of a run as [`Self::complete`]. `tables` (with extension), `figures`
-    /// (without) and the `log` are those that any run of the command may write.
+    /// (without) and the `log` are those that any run of the command may write. Runs for several
+    /// motions or loads also write envelopes.
     pub(crate) fn complete_run(
         self,
         tables: &[&str],
@@ -341,7 +346,8 @@ impl Outputs {
         let figures =
             figures.iter().flat_map(|name| [format!("{name}.svg"), format!("{name}.png")]);
         let names: Vec<String> = tables.chain(figures).collect();
-        let names = names.iter().map(String::as_str).chain([log, report::FILE]);
+        let names = names.iter().map(String::as_str).chain(ENVELOPE);
+        let names = names.chain([SUMMARY, log, report::FILE]);
         self.complete(&names.collect::<Vec<_>>())
     }
 

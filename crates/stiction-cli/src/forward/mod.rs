@@ -4,11 +4,11 @@ mod journal;
 
 use crate::answer;
 use crate::arguments::{Formats, Forward, Method as Asked, Switch};
-use crate::cases::{self, Done};
+use crate::cases::{self, Done, SingleRun};
 use crate::failure::Failure;
 use crate::fold::folded;
 use crate::inverse::listen_for_interrupt;
-use crate::outputs::{CHECKPOINT, Outputs, supported};
+use crate::outputs::{CHECKPOINT, Outputs, SUMMARY, supported};
 use crate::print;
 use crate::progress::Progress;
 use crate::report;
@@ -129,7 +129,9 @@ fn several(
         })
         .collect::<Result<Vec<_>, Failure>>()?;
     let shape = (folder, options.json, options.report);
-    cases::run_all(robot, shape, cases, |index, folder| {
+    let tables: Vec<&str> = FILES.into_iter().chain([EVENTS]).collect();
+    let names = SingleRun { tables: &tables, figures: &Curves::FILES, log: "forward.mcap" };
+    cases::run_all(robot, shape, names, cases, |index, folder| {
         // Without a checkpoint, a run starts from its beginning. A finished run has a checkpoint at
         // its end.
         let resume = options.resume && folder.is_some_and(is_kept);
@@ -275,9 +277,9 @@ fn single(
         outputs.convert_tables(&tables, formats)?;
         let mut events = Vec::new();
         write_events(&mut events, &summary, &outcome.events)
-            .map_err(|error| outputs.trouble("events.csv", error))?;
-        outputs.write("events.csv", &events)?;
-        outputs.write("summary.json", format!("{json:#}\n").as_bytes())?;
+            .map_err(|error| outputs.trouble(EVENTS, error))?;
+        outputs.write(EVENTS, &events)?;
+        outputs.write(SUMMARY, format!("{json:#}\n").as_bytes())?;
         let figures = curves.figures(&summary, &outcome.events);
         let page = animation.map(|animation| {
             let command = report::command_line();
@@ -384,6 +386,8 @@ fn read_again(
 
 /// Names of the tables that every run writes.
 const FILES: [&str; 6] = Tables::<Vec<u8>>::FILES;
+/// Name of the file with the events of a simulation.
+const EVENTS: &str = "events.csv";
 
 /// Converts the end of a simulation to a failure, unless the simulation reached the end time or a
 /// stop condition.

@@ -99,6 +99,37 @@ fn wrong_comparisons_are_refused() {
 }
 
 #[test]
+fn single_runs_and_envelopes_replace_each_other() {
+    let folder = Folder::new("envelope-replaced");
+    folder.write("slope.toml", &slope(0.7));
+    let run = |loads: &[&str]| {
+        let mut arguments = vec!["inverse", "slope.toml", "-o", "out"];
+        arguments.extend(loads.iter().flat_map(|load| ["--load", load]));
+        folder.stiction(&arguments).succeeds();
+    };
+    let exists = |file: &str| folder.0.join("out").join(file).exists();
+    let (several, single) =
+        (["envelope.csv", "envelope.json"], ["inverse.csv", "bodies.csv", "summary.json"]);
+    for _ in 0..2 {
+        run(&["none", "block.fx = 1 N"]);
+        for file in several {
+            assert!(exists(file), "{file}");
+        }
+        for file in single {
+            assert!(!exists(file), "{file}");
+        }
+        run(&["none"]);
+        for file in several {
+            assert!(!exists(file), "{file}");
+        }
+        for file in single {
+            assert!(exists(file), "{file}");
+        }
+        assert!(exists("none/inverse.csv"), "folders remain");
+    }
+}
+
+#[test]
 fn several_loads_have_an_envelope() {
     let folder = Folder::new("envelope-slope");
     folder.write("slope.toml", &slope(0.7));
