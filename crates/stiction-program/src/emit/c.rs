@@ -175,6 +175,7 @@ impl C<'_> {
             ("STEP", self.body(&forces, 1)),
             ("FORCES", self.body(&forces, 2)),
             ("TOLERANCE", if suffix.is_empty() { "1e-11" } else { "1e-4" }.to_owned()),
+            ("MAGNIFIED", if suffix.is_empty() { "1.0" } else { "10.0" }.to_owned()),
             ("OPERATIONS", format!("{errors}, {correction}, {preparation}, {step}, {last}")),
             ("WORST", (closing + 2 * friction).to_string()),
             ("USUAL", (4 * errors + 3 * correction + preparation + 3 * step + last).to_string()),

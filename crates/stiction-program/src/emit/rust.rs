@@ -110,6 +110,7 @@ impl Rust<'_> {
             ("FORCES", self.body(&forces, 2)),
             ("FINGERPRINT", format!("0x{:016x}", self.program.fingerprint())),
             ("TOLERANCE", if is_double { "1e-11" } else { "1e-4" }.to_owned()),
+            ("MAGNIFIED", if is_double { "1.0" } else { "10.0" }.to_owned()),
             ("MODEL", harmless(&self.labels.model)),
             ("VERSION", harmless(&self.labels.version)),
         ];
