@@ -129,6 +129,33 @@ fn generated_c_of_an_open_chain_reproduces_the_solver() {
     check_robot("open-chain", &robot, 50, true);
 }
 
+/// At this level of optimisation, compilers follow the sizes of arrays, which are zero for chains
+/// without loops.
+#[test]
+fn generated_c_of_an_open_chain_has_no_warnings_at_low_optimisation() {
+    let arm = |name: &str, from: &str, axis: &str| {
+        format!(
+            "bodies.{name} = {{ mass = 1, com = [0, 0.01, 0.1], inertia = [0.02, 0.02, 0.01] }}\n\
+             joints.{name} = {{ type = \"R\", from = \"{from}\", to = \"{name}\", at = [0, 0, 0.2], axis = \"{axis}\", \
+             actuated = true, friction = {{ mu = 0.05, radius = 0.02 }} }}\n"
+        )
+    };
+    let arms = [arm("one", "ground", "z"), arm("two", "one", "y"), arm("three", "two", "y")];
+    let motion =
+        "motions.m = { duration = 1, one = \"0.3 + t\", two = \"0.3 - t\", three = \"0.3 + 2*t\" }";
+    let text = format!("gravity = [0, 0, -9.81]\n{}{motion}\n", arms.concat());
+    let robot = Loop::of(Robot::of(&model("arm", &text), None)).unwrap();
+    let program = Feedforward::record(&robot.solver, &robot.signal, &[]).unwrap();
+    for precision in [Precision::Double, Precision::Float] {
+        let options = variant("arm", precision, false);
+        let files = program.files(Language::C, &labels("arm", &robot), &options, &[]).unwrap();
+        let Some(code) = Code::new(&format!("arm-{precision:?}"), "arm", &files) else { return };
+        for level in ["-O1", "-O2"] {
+            code.compile("selftest.c", &[&STRICT[..], &["-std=c99", level]].concat()).unwrap();
+        }
+    }
+}
+
 /// Near the positions in which crank and rod are perpendicular, the pivots of the recording magnify
 /// rounding errors; a row of the test vectors of this seed lies there.
 #[test]

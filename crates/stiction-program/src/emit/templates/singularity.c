@@ -476,7 +476,8 @@ static void renew(const balance *own, real *x, int pattern)
 static real improve(const balance *own, real *x, int *aligned)
 {
     real bodies[WIDTH * (BODIES + 1)];
-    real amounts[2 * ROOM(COLUMNS)];
+    /* Zeros for compilers, which see uninitialized numbers where an open chain has no columns. */
+    real amounts[2 * ROOM(COLUMNS)] = { 0 };
     /* Products of the iterates and of A transposed times the iterates. */
     real moved[3] = { 0, 0, 0 };
     real resisted[3] = { 0, 0, 0 };
