@@ -5,9 +5,11 @@ use crate::arguments::Compensate;
 use crate::failure::Failure;
 use crate::outputs::Outputs;
 use crate::print;
+use crate::progress::Progress;
 use crate::report;
 use crate::sources::{self, warn};
 use crate::written::note_files;
+use std::cell::RefCell;
 use stiction::Compensator;
 use stiction_run::compensation::draw_report;
 
@@ -39,7 +41,12 @@ fn execute(options: &Compensate) -> Result<(), Failure> {
     let folder = options.report.folder(options.output.as_deref())?;
     let outputs = folder.as_deref().map(|dir| Outputs::new(dir, robot.files_read())).transpose()?;
     outputs.as_ref().map_or(Ok(()), Outputs::refuse_interrupted)?;
-    let compared = request.run()?;
+    let progress = RefCell::new(Progress::new());
+    let compared = request.run_with(&|step, done, of| {
+        progress.borrow_mut().update_samples(step, done, of);
+    });
+    progress.borrow_mut().clear();
+    let compared = compared?;
     let result = compared.to_json();
     match options.json {
         true => answer::give(&result),

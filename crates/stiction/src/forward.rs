@@ -415,6 +415,12 @@ impl Forward {
     /// # Errors
     /// The options contradict each other, or the robot cannot start.
     pub fn run(&self) -> Result<Run, Error> {
+        self.run_until(&|| false)
+    }
+
+    /// Simulates as [`Self::run`] does. `stop` is called at every evaluation of the dynamics and ends the simulation
+    /// with an error if it returns true.
+    pub(crate) fn run_until(&self, stop: &dyn Fn() -> bool) -> Result<Run, Error> {
         let plan = self.plan()?;
         let mut samples = Vec::new();
         let outcome = plan.simulate(
@@ -422,7 +428,7 @@ impl Forward {
                 samples.push(sample);
                 Ok(())
             },
-            &|| false,
+            stop,
         )?;
         Ok(Run::new(samples, outcome, &self.task.names))
     }
@@ -430,8 +436,13 @@ impl Forward {
 
 impl Plan {
     /// Simulates and keeps all samples in memory, with the moving robot for a page of `runs` runs; `None` without
-    /// samples. As in [`Forward::run`], a simulation that ends early is no error.
-    pub(crate) fn film(&self, runs: usize) -> Result<(Run, Option<Reel>), Error> {
+    /// samples. As in [`Forward::run`], a simulation that ends early is no error. `stop` is that of
+    /// [`Forward::run_until`].
+    pub(crate) fn film(
+        &self,
+        runs: usize,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<(Run, Option<Reel>), Error> {
         let job = self.job();
         let mut recorder = Recorder::new(&job, Animation::new(&job, job.instants()?.count()));
         let (names, mut samples) = (self.names(), Vec::new());
@@ -439,7 +450,7 @@ impl Plan {
             samples.push(Sample::new(Arc::clone(names), record));
             recorder.add(record)
         };
-        let outcome = self.record(receive, &|| false, None)?;
+        let outcome = self.record(receive, stop, None)?;
         Ok((Run::new(samples, outcome, names), recorder.sink.reel(runs)))
     }
 }

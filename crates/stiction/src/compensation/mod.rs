@@ -20,6 +20,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use stiction_core::kinematics::Target;
 use stiction_core::random::Random;
 use stiction_program::{Feedforward, Tunable};
+use stiction_run::identify::Progress;
 use stiction_run::number;
 
 /// Default sampling period, s.
@@ -225,6 +226,15 @@ impl Compensation {
     /// The options are not valid, or the robot has no feed-forward program (as in [`Robot::export`]). A simulation
     /// that ends early is a result, not an error.
     pub fn run(&self) -> Result<Compared, Error> {
+        self.run_with(&|_, _, _| {})
+    }
+
+    /// Simulates the robot as [`Self::run`] does. `progress` receives the name of the present step of the computation,
+    /// and how many of its samples, of how many, are done.
+    ///
+    /// # Errors
+    /// See [`Self::run`].
+    pub fn run_with(&self, progress: Progress<'_>) -> Result<Compared, Error> {
         self.check()?;
         let plant = self.plant()?;
         let Some((motion, name)) = &plant.motion else { return Err(self.robot.motion_missing()) };
@@ -240,7 +250,7 @@ impl Compensation {
         }
         let Recorded { program, labels, .. } = export.record()?;
         let program = Arc::new(program);
-        let course = self.course(&program)?;
+        let course = self.course(&program, progress)?;
         let Some((first, _)) = course.first() else {
             return Err(Error::input("the motion has no duration")
                 .with_help("use --motion to choose a motion in which the robot moves"));
@@ -268,17 +278,27 @@ impl Compensation {
         };
         // The report shows the laws with their first transition.
         let runs = self.laws.len();
-        let simulate = |(law, transition): (Compensator, Transition)| -> Result<LawResult, Error> {
+        let each = (motion.duration / self.period).ceil() as usize;
+        let simulate = |(index, count): (usize, usize),
+                        (law, transition): (Compensator, Transition)|
+         -> Result<LawResult, Error> {
             let own = Controller { law, transition, ..controller.clone() };
             let shared = Arc::new(Mutex::new(own));
             let own = Arc::clone(&shared);
             let plant = plant.clone().control_law(self.period, move |measured| {
                 own.lock().unwrap_or_else(PoisonError::into_inner).efforts(measured)
             })?;
+            // Called at every evaluation of the dynamics.
+            let keep_on = || {
+                let records = &shared.lock().unwrap_or_else(PoisonError::into_inner).records;
+                let done = index * each + records.len().min(each);
+                progress("simulating the controllers", done, count * each);
+                false
+            };
             let is_drawn = self.transitions.first() == Some(&transition);
             let (run, reel) = match is_drawn {
-                true => plant.plan()?.film(runs)?,
-                false => (plant.run()?, None),
+                true => plant.plan()?.film(runs, &keep_on)?,
+                false => (plant.run_until(&keep_on)?, None),
             };
             let records =
                 std::mem::take(&mut shared.lock().unwrap_or_else(PoisonError::into_inner).records);
@@ -291,7 +311,10 @@ impl Compensation {
             let count = if law.has_friction() { self.transitions.len() } else { 1 };
             self.transitions.iter().take(count).map(|transition| (*law, *transition))
         });
-        let laws = pairs.map(simulate).collect::<Result<_, _>>()?;
+        let pairs: Vec<_> = pairs.collect();
+        let count = pairs.len();
+        let simulated = pairs.into_iter().enumerate().map(|(k, pair)| simulate((k, count), pair));
+        let laws = simulated.collect::<Result<_, _>>()?;
         Ok(Compared {
             tracked: stiction_run::tracked(self.robot.model(), Some(motion)),
             robot: self.robot.name().to_owned(),
@@ -327,7 +350,11 @@ impl Compensation {
 
     /// Computes the reference motions of the actuators along the motion, and the true contribution
     /// of friction to the actuator efforts.
-    fn course(&self, program: &Arc<Feedforward>) -> Result<Vec<Instant>, Error> {
+    fn course(
+        &self,
+        program: &Arc<Feedforward>,
+        progress: Progress<'_>,
+    ) -> Result<Vec<Instant>, Error> {
         let mut check = self.robot.check_along();
         if let Some(motion) = &self.motion {
             check = check.motion(motion)?;
@@ -338,6 +365,7 @@ impl Compensation {
         let mut course: Vec<Instant> = Vec::new();
         let mut model: Option<Model> = None;
         for k in 0..FITTED {
+            progress("computing friction along the motion", k as usize, FITTED as usize);
             let part = f64::from(k) / f64::from(FITTED);
             follower.go_to(job.motion.start + job.motion.duration * part)?;
             let mut targets = Vec::with_capacity(actuators.len());

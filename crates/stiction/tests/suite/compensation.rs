@@ -114,3 +114,25 @@ fn impossible_options_are_refused() {
     }
     assert!(base().motion("nonsense").run().is_err());
 }
+
+/// The progress covers all simulations: its amount grows from law to law up to nearly all samples.
+#[test]
+fn progress_counts_the_samples_of_all_laws() {
+    let robot = Robot::parse(include_str!("../../examples/carriage.toml")).unwrap();
+    let compensation = robot.compensation().motion("guide = 0.1 m/s*t; duration = 0.2 s");
+    let calls = std::cell::RefCell::new(Vec::new());
+    let receive = |step: &str, done: usize, of: usize| {
+        if step == "simulating the controllers" {
+            calls.borrow_mut().push((done, of));
+        }
+    };
+    compensation
+        .laws(&[Compensator::Pd, Compensator::ComputedTorqueFriction])
+        .run_with(&receive)
+        .unwrap();
+    let calls = calls.into_inner();
+    assert!(calls.len() > 100);
+    assert!(calls.iter().all(|(done, of)| *of == 400 && done <= of), "{:?}", calls.last());
+    assert!(calls.windows(2).all(|pair| pair[0].0 <= pair[1].0));
+    assert!(calls.last().unwrap().0 > 395, "{:?}", calls.last());
+}
