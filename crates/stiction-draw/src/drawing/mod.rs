@@ -11,6 +11,7 @@ mod moving;
 mod placed;
 mod scene;
 mod sheet;
+mod springs;
 mod style;
 mod svg;
 mod symbols;

@@ -3,6 +3,7 @@
 
 use super::labels::{Area, view_box};
 use super::sheet::{Sheet, sheet};
+use super::springs::spring_ends;
 use super::style::{Surface, style};
 use super::{Detail, Drawing, Trail};
 use crate::xml::escape;
@@ -20,7 +21,7 @@ pub fn moving_picture(mechanism: &Mechanism, frames: &[Vec<Pose<f64>>], seconds:
         frames.iter().map(|poses| Drawing::new(mechanism, poses)).collect();
     let view = drawings[0].best_view();
     // All frames have the same scale, so the extent of each frame includes the joints of all
-    // frames, and the centres of bodies with a single joint.
+    // frames, the centres of bodies with a single joint, and the ends of springs.
     let lonely = |drawing: &Drawing<'_>, body: usize| drawing.layout.joints[body].len() < 2;
     let coms = drawings.iter().zip(frames).flat_map(|(drawing, poses)| {
         let bodies = mechanism.bodies().iter().zip(poses).enumerate().skip(1);
@@ -28,7 +29,8 @@ pub fn moving_picture(mechanism: &Mechanism, frames: &[Vec<Pose<f64>>], seconds:
         own.map(|(_, (body, pose))| pose.apply(body.com)).collect::<Vec<_>>()
     });
     let places = drawings.iter().flat_map(|drawing| drawing.layout.places.iter().copied());
-    let extent: Vec<_> = places.chain(coms).collect();
+    let springs = drawings.iter().flat_map(|drawing| spring_ends(&drawing.placed));
+    let extent: Vec<_> = places.chain(coms).chain(springs.flatten()).collect();
     drawings.iter_mut().for_each(|drawing| drawing.extent.clone_from(&extent));
     let with_paths = Drawing { trail: Some(&trail), ..drawings[0].clone() };
     // A path follows the mean position of a body's joints, so it lies within the extent.

@@ -44,6 +44,13 @@ impl Drawing<'_> {
                 "second": joint.frame_k.rotation.columns[0].to_array(),
             })
         });
+        let springs = mechanism.springs().iter().map(|spring| {
+            json!({
+                "name": spring.name,
+                "bodies": spring.ends.map(|body| body.0),
+                "at": spring.points.map(Vec3::to_array),
+            })
+        });
         let traced = traced(placed, layout).into_iter();
         let traced = traced.map(|(body, point)| json!({ "body": body, "at": point.to_array() }));
         let views = [
@@ -61,6 +68,7 @@ impl Drawing<'_> {
             "up": upwards(placed).to_array(),
             "bodies": bodies.collect::<Vec<_>>(),
             "joints": joints.collect::<Vec<_>>(),
+            "springs": springs.collect::<Vec<_>>(),
             "legs": layout.branches,
             "traced": traced.collect::<Vec<_>>(),
             "views": views,

@@ -4,6 +4,7 @@ use super::hull::hull;
 use super::labels::{Area, Label, Obstacles, area_of, place, view_box};
 use super::layout::{ends, mean};
 use super::legend::{Entry, entries, scale_and_axes};
+use super::springs::{spring_ends, zigzag};
 use super::style::{COLOURS, Surface, style};
 use super::svg::{Point, circle, corners, line};
 use super::symbols::{Pen, sample_frame, word};
@@ -22,8 +23,8 @@ const SMALL_ROOM: [f64; 2] = [230.0, 200.0];
 const LABELLED: usize = 48;
 
 pub(super) struct Sheet<'a> {
-    drawing: &'a Drawing<'a>,
-    pen: Pen,
+    pub(super) drawing: &'a Drawing<'a>,
+    pub(super) pen: Pen,
     detail: Detail,
     /// Scale of the picture, px per m.
     scale: f64,
@@ -33,7 +34,7 @@ pub(super) struct Sheet<'a> {
     coms: Vec<Vec3<f64>>,
     /// SVG markup of the drawn parts, each with its depth towards the viewer, px.
     parts: Vec<(f64, String)>,
-    obstacles: Obstacles,
+    pub(super) obstacles: Obstacles,
     labels: Vec<Label>,
 }
 
@@ -46,6 +47,7 @@ impl<'a> Sheet<'a> {
         let mut points: Vec<Vec3<f64>> = drawing.layout.places.clone();
         let lonely = |body: &usize| drawing.layout.joints[*body].len() < 2;
         points.extend((1..bodies.len()).filter(lonely).map(|body| coms[body]));
+        points.extend(spring_ends(frames).into_iter().flatten());
         points.extend(drawing.trail.iter().flat_map(|trail| trail.paths()).flatten());
         points.extend(&drawing.extent);
         let seen = area_of(points.iter().map(|point| view.project(*point)), 0.0);
@@ -127,6 +129,7 @@ impl<'a> Sheet<'a> {
         for joint in 0..self.joints().len() {
             self.draw_joint(joint);
         }
+        self.draw_springs();
     }
 
     /// Sorts the drawn parts from back to front; returns their SVG markup and the area of the
@@ -153,13 +156,13 @@ impl<'a> Sheet<'a> {
 
     /// Projects a point into the picture, px. The point is in world axes, relative to the common
     /// origin of the poses, m.
-    fn at(&self, point: Vec3<f64>) -> Point {
+    pub(super) fn at(&self, point: Vec3<f64>) -> Point {
         let [x, y] = self.pen.view.project(point);
         [(x - self.centre[0]) * self.scale, (y - self.centre[1]) * self.scale]
     }
 
     /// Returns the depth of a point, px, positive towards the viewer.
-    fn depth(&self, point: Vec3<f64>) -> f64 {
+    pub(super) fn depth(&self, point: Vec3<f64>) -> f64 {
         self.pen.view.depth(point) * self.scale
     }
 
@@ -184,7 +187,7 @@ impl<'a> Sheet<'a> {
         (0.17 * typical).clamp(range.0, range.1)
     }
 
-    fn add(&mut self, depth: f64, part: String) {
+    pub(super) fn add(&mut self, depth: f64, part: String) {
         self.parts.push((depth, part));
     }
 
@@ -470,6 +473,11 @@ impl<'a> Sheet<'a> {
                 |at: Point| hatched([at[0] - 13.0, at[1] - 3.0], [at[0] + 13.0, at[1] - 3.0]);
             let meaning = "ground".to_owned();
             legend.push(Entry { symbol: Box::new(symbol), half: 15.0, meaning });
+        }
+        if !self.drawing.placed.mechanism.springs().is_empty() {
+            let symbol = |at: Point| zigzag([at[0] - 15.0, at[1]], [at[0] + 15.0, at[1]], 5.0);
+            let meaning = "spring".to_owned();
+            legend.push(Entry { symbol: Box::new(symbol), half: 16.0, meaning });
         }
         if self.parts.iter().any(|(_, part)| part.contains(r#"class="trail""#)) {
             let symbol = |at: Point| line("trail", [at[0] - 12.0, at[1]], [at[0] + 12.0, at[1]]);

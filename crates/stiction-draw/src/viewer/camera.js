@@ -24,11 +24,12 @@ const orbit = (across, along) => {
   camera.fitted = "";
 };
 
-// Everything that has to fit: joints, lonely bodies, starts of loads and paths at some samples.
+// Everything that has to fit: joints, lonely bodies, springs, starts of loads and paths at some samples.
 const extent = [];
 for (const own of [run, ...others]) for (const frame of own.some) {
   own.scene.joints.forEach(joint => extent.push(own.jointAt(frame, joint)));
   own.scene.bodies.forEach((body, k) => { if (k && body.joints.length < 2 && body.mass > 0) extent.push(own.placed(frame, k, body.com)); });
+  own.scene.springs.forEach(spring => extent.push(...own.endsOf(frame, spring)));
   own.loaded.forEach(k => extent.push(own.loadFrom(frame, k)));
   own.scene.traced.forEach(point => extent.push(own.placed(frame, point.body, point.at)));
 }

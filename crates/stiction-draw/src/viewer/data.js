@@ -47,6 +47,8 @@ const open = (film, origin) => {
     const from = placed(frame, joint.from, joint.at[0]), to = placed(frame, joint.to, joint.at[1]);
     return plus(from, times3(minus(to, from), joint.weight));
   };
+  // Ends of a spring.
+  const endsOf = (frame, spring) => spring.bodies.map((body, k) => placed(frame, body, spring.at[k]));
   // Bodies on which loads act, the force of such a load, and the start of its arrow.
   const loadOn = k => `load on ${scene.bodies[k].name}`;
   const loaded = scene.bodies.map((_, k) => k).filter(k => k && columnOf.has(`${loadOn(k)}.fx`));
@@ -68,7 +70,7 @@ const open = (film, origin) => {
   };
   // Every so many samples, for sizes that need not be exact.
   const some = Array.from({ length: Math.min(frames, 160) }, (_, k) => Math.round(k * (frames - 1) / Math.max(1, Math.min(frames, 160) - 1)));
-  return { film, label: film.label, scene, times, frames, columnOf, unitOf, valueIn, valueAt, vectorAt, turned, placed, poseAt, jointAt, loaded, loadAt, loadFrom, frameOf, nearestFrame, some };
+  return { film, label: film.label, scene, times, frames, columnOf, unitOf, valueIn, valueAt, vectorAt, turned, placed, poseAt, jointAt, endsOf, loaded, loadAt, loadFrom, frameOf, nearestFrame, some };
 };
 
 // The run of the controls, and those that can be laid over it.

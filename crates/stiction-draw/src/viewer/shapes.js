@@ -122,6 +122,15 @@ const hatched = (a, b) => {
     segment(foot, [foot[0] - 5 * u - 6 * v, foot[1] - 5 * v + 6 * u], ink.mark, 1);
   }
 };
+// A zigzag between two points with straight ends: a spring.
+const zigzag = (a, b, half, colour, dash) => {
+  const x = b[0] - a[0], y = b[1] - a[1], length = Math.hypot(x, y) || 1e-9;
+  const at = (along, across) => [a[0] + along * x - across * half * y / length, a[1] + along * y + across * half * x / length];
+  const teeth = Array.from({ length: 10 }, (_, k) => at(0.2 + 0.06 * (k + 0.5), k % 2 ? -1 : 1));
+  trace([a, at(0.2, 0), ...teeth, at(0.8, 0), b]);
+  pen.lineJoin = "round"; stroke(ink.paper, 3.6); stroke(colour, 1.6, dash);
+  [a, b].forEach(end => disc(end, 2, colour));
+};
 // An arrow that stays visible on any ground.
 const arrow = (from, to, colour, width = 2.4) => {
   const length = Math.hypot(to[0] - from[0], to[1] - from[1]);

@@ -87,6 +87,7 @@ const drawOther = own => {
     if (outline.length < 2) { disc(middle, 3, ink.soft); return; }
     trace(outline, outline.length > 2); stroke(ink.paper, 4, [7, 4]); stroke(ink.soft, 2, [7, 4]);
   });
+  own.scene.springs.forEach(spring => zigzag(...own.endsOf(frame, spring).map(project), 0.8 * size, ink.soft, [7, 4]));
   places.forEach(place => disc(project(place), 2.6, ink.soft, ink.paper));
   arrowsAt(own, frame, places);
 };
@@ -228,6 +229,10 @@ const draw = () => {
       if (k === state.joint || k === state.hover) { pen.beginPath(); pen.arc(at[0], at[1], 2.3 * size, 0, 2 * Math.PI); fill(ink.link, 0.18); stroke(ink.link, k === state.joint ? 2.5 : 1.5); }
       symbol(joint, frame, at, faceOf(k, frame));
     }]);
+  });
+  scene.springs.forEach(spring => {
+    const ends = run.endsOf(frame, spring);
+    parts.push([Math.max(...ends.map(depthOf)), () => zigzag(...ends.map(project), 0.8 * size, ink.ink)]);
   });
   parts.sort((a, b) => a[0] - b[0]).forEach(part => part[1]());
   if (state.ghost && frame === ghostFrame) drawGhost(frame, places);

@@ -184,6 +184,58 @@ fn pictures_are_to_scale() {
     }
 }
 
+/// Tests the ends of a spring that connects the places of two joints.
+#[test]
+fn springs_are_drawn_between_their_points() {
+    let text = r#"
+        gravity = [0, 0, 0]
+        [bodies.crank]
+        mass = 1
+        com = ["50 mm", 0, 0]
+        inertia = [1e-3, 1e-3, 1e-3]
+        [bodies.arm]
+        mass = 1
+        com = ["50 mm", 0, 0]
+        inertia = [1e-3, 1e-3, 1e-3]
+        [joints.A]
+        type = "R"
+        from = "ground"
+        to = "crank"
+        axis = "z"
+        actuated = true
+        [joints.B]
+        type = "R"
+        from = "crank"
+        to = "arm"
+        at = ["100 mm", 0, 0]
+        axis = "z"
+        actuated = true
+        [springs.s]
+        from = "ground"
+        to = "arm"
+        stiffness = "200 N/m"
+        free_length = "40 mm"
+        [motions.m]
+        A = "50 deg"
+        B = "30 deg"
+        duration = 0
+    "#;
+    let model = model_of("arms", text);
+    let svg = picture(&assembled(&model));
+    let picture = parse(&svg);
+    let springs: Vec<_> = of_class(&picture, "elastic").collect();
+    assert_eq!(springs.len(), 1);
+    assert_eq!(springs[0].attribute("data-name"), Some("s"));
+    let zigzag = springs[0].descendants().find(|node| node.has_tag_name("polyline")).unwrap();
+    let corners: Vec<f64> = numbers(zigzag);
+    let ends = [(corners[0], corners[1]), (corners[corners.len() - 2], corners[corners.len() - 1])];
+    for (end, joint) in ends.into_iter().zip(["A", "B"]) {
+        let (x, y) = place(&picture, joint);
+        assert!((end.0 - x).abs() < 0.2 && (end.1 - y).abs() < 0.2, "{end:?} {x} {y}");
+    }
+    assert!(svg.contains(">spring<"), "the legend names springs");
+}
+
 /// Returns approximate bounding boxes of the labels of joints, bodies and legs.
 fn boxes(picture: &Document<'_>) -> Vec<(String, [f64; 4])> {
     let texts = picture.descendants().filter(|node| {

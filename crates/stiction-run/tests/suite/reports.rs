@@ -528,6 +528,13 @@ fn pendulum() -> ModelFile {
         to = "arm"
         axis = "z"
         actuated = true
+        [springs.s]
+        from = "ground"
+        at = [0, "1 m", 0]
+        to = "arm"
+        to_at = ["0.4 m", 0, 0]
+        stiffness = "200 N/m"
+        free_length = "100 mm"
         [loads.tip]
         arm = { force = [0, "20 N", 0], at = ["1 m", "0.1 m", 0] }
         [motions.m]
@@ -552,4 +559,14 @@ fn arrows_of_loads_start_at_their_points_of_application() {
         let place = column(&format!("load on arm.{name}"));
         assert!(rows.iter().all(|row| (row[place] - expected).abs() < 1e-12), "{name}");
     }
+}
+
+#[test]
+fn springs_move_with_their_bodies() {
+    let model = pendulum();
+    let html = report(&job(&model, "m", "tip", FrictionMode::Off)).html;
+    let expected =
+        json!([{ "name": "s", "bodies": [0, 1], "at": [[0.0, 1.0, 0.0], [0.4, 0.0, 0.0]] }]);
+    assert_eq!(film_of(&html)["scene"]["springs"], expected);
+    assert!(html.contains("<title>s: spring, ground to arm</title>"));
 }
