@@ -21,6 +21,22 @@ impl Formula {
         each.sum()
     }
 
+    /// Tests if the formula contains an operation whose result may have kinks.
+    pub(crate) fn may_have_kinks(&self) -> bool {
+        self.steps.iter().any(|(op, _)| match op {
+            Op::Call(function, _) => matches!(
+                function,
+                Function::Abs
+                    | Function::Min
+                    | Function::Max
+                    | Function::Sqrt
+                    | Function::Asin
+                    | Function::Acos
+            ),
+            op => *op == Op::Power,
+        })
+    }
+
     /// Tests if the formula contains the time.
     pub(crate) fn has_time(&self) -> bool {
         self.steps.iter().any(|(op, _)| *op == Op::Time)

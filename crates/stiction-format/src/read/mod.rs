@@ -18,6 +18,7 @@ pub(crate) mod geometry;
 mod given;
 mod influence;
 mod joint;
+mod kinks;
 mod leg_springs;
 mod legs;
 mod load;

@@ -1,6 +1,7 @@
 //! Reads motions.
 
 use super::context::{Context, Record, of_the_top};
+use super::kinks::warn_of_jumps;
 use super::names::Names;
 use super::path::{Leaf, Meaning, Orders, Unresolved, coordinate, leaves, resolve};
 use super::recording::{self, Cutoff, Input};
@@ -49,7 +50,7 @@ pub(crate) fn read(
         }
         step > 0.0
     });
-    let mut reader = Reader { context, names, assembly, orders: Orders::new() };
+    let mut reader = Reader { context, names, assembly, orders: Orders::new(), labels: Vec::new() };
     let instead = ["file", "waypoints"].into_iter().find_map(|key| Some((key, record.value(key)?)));
     let coordinates = reader.coordinates(table, instead);
     if let Some(file) = record.value("file") {
@@ -165,6 +166,7 @@ pub(crate) fn read(
     }
     let signals = motion.coordinates.iter().map(|(_, signal)| signal);
     check_signals(context, signals, start, duration, step);
+    warn_of_jumps(&mut motion, &reader.labels);
     Some(motion)
 }
 
@@ -243,6 +245,8 @@ pub(super) struct Reader<'a> {
     /// Mechanism of the motion; `None` if it has defects.
     pub(super) assembly: Option<Assembly<'a>>,
     pub(super) orders: Orders,
+    /// Name and kind of each coordinate that an expression prescribes.
+    labels: Vec<(String, Measure)>,
 }
 
 impl Reader<'_> {
@@ -316,6 +320,7 @@ impl Reader<'_> {
             places.push((coordinate, leaf.key.clone()));
             if let Some(signal) = context.signal(value, measure) {
                 coordinates.push((coordinate, signal));
+                self.labels.push((leaf.path.clone(), measure));
             }
         }
         coordinates

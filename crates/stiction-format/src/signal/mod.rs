@@ -5,6 +5,7 @@ mod bspline;
 mod curve;
 pub(crate) mod filter;
 mod hermite;
+mod kinks;
 pub(crate) mod law;
 mod monotone;
 pub(crate) mod quality;
@@ -16,6 +17,7 @@ mod windows;
 
 pub(crate) use curve::{Curve, Interpolation};
 pub(crate) use hermite::Given;
+pub(crate) use kinks::RateJump;
 pub(crate) use windows::{Window, agrees, is_long};
 
 use crate::diagnostic::Diagnostic;

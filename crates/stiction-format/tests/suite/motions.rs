@@ -230,3 +230,43 @@ fn zero_duration_is_a_pose() {
     let pose = model.parse_motion(&given, &|_| Err(String::new())).unwrap();
     assert_eq!((pose.start, pose.duration, pose.coordinates.len()), (0.0, 0.0, 1));
 }
+
+fn cautions_of(formula: &str) -> Vec<String> {
+    let text = format!(
+        "\n[motions.m]\nduration = \"2 s\"\nleg1.P = {formula:?}\nplatform.ry = \"10 deg/s*t\"\n"
+    );
+    model(&text).motion("m").unwrap().cautions().collect()
+}
+
+/// Tests the time and the rates at kinks of several kinds, at samples and between them.
+#[test]
+fn jumps_of_rates_are_cautions() {
+    for (formula, expected) in [
+        ("20 mm*abs(t - 0.5)", "jumps from -0.02 to 0.02 m/s at t = 0.5 s: this needs an infinite"),
+        ("min(30 mm/s*t, 10 mm)", "jumps from 0.03 to 0 m/s at t = 0.333333 s: "),
+        ("stroke*abs(cos(pi*t))", "m/s at t = 0.5 s, and at one more instant: "),
+        ("sqrt((t - 1.2345)^2)*10 mm", "jumps from -0.01 to 0.01 m/s at t = 1.2345 s: "),
+        // A pulse of 2 ms between two samples.
+        ("max(0 mm, 1 mm - abs(t - 0.7035)*1 m)", "at t = 0.7035 s"),
+    ] {
+        let cautions = cautions_of(formula);
+        assert_eq!(cautions.len(), 1, "{formula}: {cautions:?}");
+        assert!(cautions[0].starts_with("the rate of `leg1.P` jumps from "), "{}", cautions[0]);
+        assert!(cautions[0].contains(expected), "{formula}: {}", cautions[0]);
+    }
+}
+
+#[test]
+fn continuous_rates_are_no_jumps() {
+    for formula in [
+        "20 mm*abs(t - 0.5)^3",
+        "20 mm*max(0, t - 0.5)^2",
+        "stroke*tanh((t - 0.5)*1e5)*abs(1)",
+        "stroke*abs(sin(200*t)^2)",
+        "stroke*sqrt(1 + t^2)",
+        "stroke*abs(t + 1)",
+        "min(30 mm*t^3, 1 m)",
+    ] {
+        assert_eq!(cautions_of(formula), [""; 0], "{formula}");
+    }
+}
