@@ -61,3 +61,47 @@ fn small_amounts_are_reported() {
     let said = folder.stiction(&["inverse", "model.toml"]);
     said.fails(1, &["a moment of 1.00000e-12 N m remains unbalanced"]);
 }
+
+/// A planar mechanism with three equal legs, in the horizontal plane. `motion` is the table of its
+/// motion, and `foot` the radius of the feet of the legs.
+fn three_legs(motion: &str, foot: &str) -> String {
+    format!(
+        r#"
+        gravity = [0, 0, "-9.81 m/s^2"]
+        [bodies.platform]
+        mass = "2 kg"
+        com = [0, 0, 0]
+        inertia = {{ zz = "0.01 kg m^2" }}
+        home = {{ position = [0, 0, 0] }}
+        [legs]
+        chain = "R* crank R rod R"
+        to = "platform"
+        angles = ["90 deg", "210 deg", "330 deg"]
+        foot = [{foot}, 0, 0]
+        tip = ["100 mm", 0, 0]
+        [legs.joints]
+        R1 = {{ axis = "z", start = "120 deg" }}
+        R2 = {{ axis = "z", at = ["220 mm", 0, 0], start = "100 deg" }}
+        R3 = {{ axis = "z", at = ["220 mm", 0, 0] }}
+        [legs.bodies]
+        crank = {{ mass = "0.6 kg", com = ["110 mm", 0, 0], inertia = {{ zz = "2.5e-3 kg m^2" }} }}
+        rod = {{ mass = "0.6 kg", com = ["110 mm", 0, 0], inertia = {{ zz = "2.5e-3 kg m^2" }} }}
+        {motion}
+        "#
+    )
+}
+
+const ALONG_X: &str =
+    "[motions.x]\nduration = \"2 s\"\nplatform = { x = \"150 mm*t\", y = 0, rz = 0 }";
+
+/// Every position in the horizontal plane is an equilibrium; rounding errors of the stiffness are
+/// no motions.
+#[test]
+fn neutral_motions_have_no_frequency() {
+    let folder = Folder::new("neutral");
+    folder.write("legs.toml", &three_legs(ALONG_X, "\"400 mm\""));
+    let said = folder.stiction(&["equilibrium", "legs.toml"]);
+    let text = said.succeeds();
+    assert_eq!(text.matches("neutral (zero frequency)").count(), 3, "{text}");
+    assert!(!text.contains("oscillates") && !text.contains("grows"), "{text}");
+}

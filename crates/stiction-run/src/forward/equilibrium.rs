@@ -85,6 +85,8 @@ pub struct Equilibrium {
     pub holding: Option<Holding>,
     /// Notes for the user, for example that loads change with time.
     pub notes: Vec<String>,
+    /// Magnitude, 1/s^2, up to which an eigenvalue in [`Self::stiffness`] counts as zero.
+    zero: f64,
     /// State of the mechanism at the equilibrium.
     pub(super) state: State<f64>,
 }
@@ -273,6 +275,7 @@ impl Job<'_> {
             steps: report.steps,
             holding: None,
             notes: Vec::new(),
+            zero: report.zero,
             state: state.clone(),
         }
     }
@@ -354,8 +357,8 @@ impl fmt::Display for Equilibrium {
         for k in &self.stiffness {
             match k {
                 _ if self.stability == Stability::Flutter => continue,
+                k if k.abs() <= self.zero => writeln!(f, "  neutral (zero frequency)")?,
                 k if *k > 0.0 => writeln!(f, "  oscillates at {} Hz", number(k.sqrt() / TAU))?,
-                k if *k == 0.0 => writeln!(f, "  neutral: no stiffness")?,
                 k => {
                     writeln!(f, "  grows with the time constant {} s", number((-k).sqrt().recip()))?
                 }
