@@ -61,6 +61,14 @@ pub enum Error {
         /// Reason why the assembly failed.
         error: AssemblyError,
     },
+    /// The mechanism cannot follow the reference motion of a controller.
+    #[error("at t = {time} s the mechanism cannot follow the reference motion: {error}")]
+    Reference {
+        /// Time of the reference that the mechanism cannot reach, s.
+        time: f64,
+        /// Reason why the assembly failed.
+        error: AssemblyError,
+    },
     /// A payload is attached to a body with a local degree of freedom, such as a rod between two spherical joints.
     #[error("`{body}` carries a payload, but can spin freely about its own axis")]
     SpinningPayload {
@@ -211,7 +219,9 @@ impl Error {
             | Self::Checkpoint => true,
             Self::SpinningPayload { .. } | Self::Payload { .. } => true,
             Self::Controller(_) | Self::ControllerForces(_) => true,
-            Self::Assembly { error, .. } | Self::Forward(ForwardError::Assembly(error)) => {
+            Self::Assembly { error, .. }
+            | Self::Reference { error, .. }
+            | Self::Forward(ForwardError::Assembly(error)) => {
                 matches!(error, AssemblyError::Open { .. } | AssemblyError::AngleRange { .. })
             }
             Self::Forward(ForwardError::Contradiction { .. } | ForwardError::Blocked { .. }) => {

@@ -4,7 +4,7 @@ use crate::error::{Error, ErrorKind};
 use serde_json::json;
 use stiction_core::dynamics::InverseError;
 use stiction_core::forward::ForwardError;
-use stiction_core::kinematics::AssemblyError;
+use stiction_core::kinematics::{AssemblyError, Gap};
 use stiction_core::words::significant;
 use stiction_format::Diagnostics;
 use stiction_run::{Error as RunError, InstantsError, Missing};
@@ -47,10 +47,18 @@ impl From<RunError> for Error {
             }
             // A mechanism that is assembled from zero coordinates may be in another assembly mode
             // than the intended one.
-            RunError::Assembly { error: AssemblyError::Open { .. }, .. } => plain(message).with_help(
+            RunError::Assembly { error: AssemblyError::Open { .. }, .. }
+            | RunError::Reference { error: AssemblyError::Open { .. }, .. } => plain(message).with_help(
                 "if this motion should not be free, a joint is missing, or the mechanism is in another \
                  assembly mode than intended: give its joints `start` values near their positions",
             ),
+            RunError::Assembly { error: AssemblyError::Gap(gap), .. } => {
+                plain(message).with_help(open_loops(&gap))
+            }
+            RunError::Reference { error: AssemblyError::Gap(gap), .. } => plain(message).with_help(format!(
+                "this is the motion that the controller follows, not the simulated one; {}",
+                open_loops(&gap)
+            )),
             RunError::NoStaticFriction { .. } => {
                 plain(message).with_help("choose another position").with_option("at")
             }
@@ -93,6 +101,23 @@ impl From<RunError> for Error {
                 .with_option("load"),
             RunError::Forward(error) => simulation(&error, plain(message)),
             _ => plain(message),
+        }
+    }
+}
+
+/// Returns advice for a mechanism whose loops do not close. Loops that are open by about the size of
+/// the mechanism usually have a length in a wrong unit.
+fn open_loops(gap: &Gap) -> &'static str {
+    /// Part of the characteristic length beyond which a gap is as large as the mechanism.
+    const LARGE: f64 = 0.3;
+    match gap.length.max(gap.missed_length) > LARGE * gap.scale {
+        true => {
+            "check the lengths and their units: a number without a unit is in m, so write \
+             `\"400 mm\"` instead of `400`"
+        }
+        false => {
+            "keep the motion within reach, and check the axes and lengths of this loop; an angle without a \
+             unit is in rad, a length in m"
         }
     }
 }

@@ -94,6 +94,40 @@ fn three_legs(motion: &str, foot: &str) -> String {
 const ALONG_X: &str =
     "[motions.x]\nduration = \"2 s\"\nplatform = { x = \"150 mm*t\", y = 0, rz = 0 }";
 
+#[test]
+fn open_loops_of_the_size_of_the_mechanism_hint_at_units() {
+    let folder = Folder::new("units");
+    folder.write("legs.toml", &three_legs(ALONG_X, "\"400\""));
+    let said = folder.stiction(&["inverse", "legs.toml"]);
+    said.fails(1, &["stays open by 399.", "help: check the lengths and their units", "400 mm"]);
+    // Out of reach by a little.
+    folder.write("legs.toml", &three_legs(ALONG_X, "\"400 mm\""));
+    let said = folder.stiction(&["inverse", "legs.toml"]);
+    said.fails(
+        1,
+        &["error: at t = 1.03 s: the loops do not close", "keep the motion within reach"],
+    );
+}
+
+#[test]
+fn references_out_of_reach_are_named() {
+    let folder = Folder::new("reference");
+    folder.write("legs.toml", &three_legs(ALONG_X, "\"400 mm\""));
+    let said = folder.stiction(&["forward", "legs.toml"]);
+    said.fails(
+        1,
+        &["the mechanism cannot follow the reference motion: ", "that the controller follows"],
+    );
+}
+
+#[test]
+fn views_without_a_motion_ask_for_one() {
+    let folder = Folder::new("motionless");
+    folder.write("legs.toml", &three_legs("", "\"400 mm\""));
+    let said = folder.stiction(&["view", "legs.toml", "-o", "out"]);
+    said.fails(2, &["no motion is given", "--motion", "[motions.NAME]"]);
+}
+
 /// Every position in the horizontal plane is an equilibrium; rounding errors of the stiffness are
 /// no motions.
 #[test]

@@ -32,7 +32,7 @@ impl<'a> Guide<'a> {
         let model = job.known_model();
         let along = crate::Job::new(model, (motion_name, motion), load);
         let job = crate::Job { friction, ..along };
-        let mut follower = job.assemble(motion.start)?;
+        let mut follower = job.assemble(motion.start).map_err(of_reference)?;
         follower.solver.settings_mut().friction = friction;
         let tree = Forward::new(model.mechanism.without_friction(), &[]);
         Ok(Some(Self { job, tree, follower, loads: Vec::new() }))
@@ -40,7 +40,10 @@ impl<'a> Guide<'a> {
 
     /// Moves the solver to the instant `time` of the motion, s.
     pub(super) fn go_to(&mut self, time: f64) -> Result<(), Error> {
-        if time == self.follower.time() { Ok(()) } else { self.follower.go_to(time) }
+        if time == self.follower.time() {
+            return Ok(());
+        }
+        self.follower.go_to(time).map_err(of_reference)
     }
 
     /// Appends the time and the configuration of the mechanism to `numbers`, for [`Self::restore`].
@@ -83,5 +86,14 @@ impl<'a> Guide<'a> {
             Ok(forces) => Ok((&forces.efforts, &forces.efforts_frictionless)),
             Err(error) => Err(Error::Forces { time, error }),
         }
+    }
+}
+
+/// Returns the error of a motion as that of a reference motion, which differs from the simulated
+/// motion.
+fn of_reference(error: Error) -> Error {
+    match error {
+        Error::Assembly { time, error } => Error::Reference { time, error },
+        other => other,
     }
 }
