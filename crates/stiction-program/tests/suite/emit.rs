@@ -143,7 +143,9 @@ fn generated_c_of_an_open_chain_has_no_warnings_at_low_optimisation() {
     let arms = [arm("one", "ground", "z"), arm("two", "one", "y"), arm("three", "two", "y")];
     let motion =
         "motions.m = { duration = 1, one = \"0.3 + t\", two = \"0.3 - t\", three = \"0.3 + 2*t\" }";
-    let text = format!("gravity = [0, 0, -9.81]\n{}{motion}\n", arms.concat());
+    let top = "gravity = [0, 0, -9.81]\ndefault = { motion = \"m\", load = \"pull\" }\n\
+               loads.pull = { three = { force = [5, 0, 0] } }\n";
+    let text = format!("{top}{}{motion}\n", arms.concat());
     let robot = Loop::of(Robot::of(&model("arm", &text), None)).unwrap();
     let program = Feedforward::record(&robot.solver, &robot.signal, &[]).unwrap();
     for precision in [Precision::Double, Precision::Float] {
