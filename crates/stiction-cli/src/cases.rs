@@ -153,7 +153,11 @@ pub(crate) fn run_all(
         }
         outputs.write_figures(vec![("drives", figure)])?;
         let SingleRun { tables, figures, log } = single;
-        files.extend(outputs.complete_run(tables, figures, log)?);
+        // Files of these names are results only if a run has left its summary.
+        files.extend(match outputs.follows_a_run() {
+            true => outputs.complete_run(tables, figures, log)?,
+            false => outputs.complete(&["drives.png", FILE])?,
+        });
     }
     if !as_json {
         note_folder(folder, &files);

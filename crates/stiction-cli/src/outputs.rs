@@ -3,6 +3,7 @@
 use crate::arguments::Formats;
 use crate::failure::Failure;
 use crate::report;
+use serde_json::Value;
 use std::cell::Cell;
 use std::fmt::Display;
 use std::fs::{self, File};
@@ -349,6 +350,13 @@ impl Outputs {
         let names = names.iter().map(String::as_str).chain(ENVELOPE);
         let names = names.chain([SUMMARY, log, report::FILE]);
         self.complete(&names.collect::<Vec<_>>())
+    }
+
+    /// Returns true if the folder contains the summary of an earlier run.
+    pub(crate) fn follows_a_run(&self) -> bool {
+        let text = fs::read_to_string(self.folder.join(SUMMARY)).unwrap_or_default();
+        let summary: Value = serde_json::from_str(&text).unwrap_or_default();
+        summary["program"]["name"] == "stiction"
     }
 
     /// Removes temporary files that an earlier run left when it was killed: those of checkpoints

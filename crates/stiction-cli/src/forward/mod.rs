@@ -16,7 +16,6 @@ use crate::sources::{self, DEFAULT_MODEL, note_friction, warn};
 use crate::written::note_files;
 use journal::{Journal, Kept, begin, partials};
 use std::cell::{Cell, RefCell};
-
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;

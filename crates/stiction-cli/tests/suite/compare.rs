@@ -110,6 +110,11 @@ fn single_runs_and_envelopes_replace_each_other() {
     let exists = |file: &str| folder.0.join("out").join(file).exists();
     let (several, single) =
         (["envelope.csv", "envelope.json"], ["inverse.csv", "bodies.csv", "summary.json"]);
+    // Without a summary, a table is the user's.
+    std::fs::create_dir(folder.0.join("out")).unwrap();
+    folder.write("out/friction.csv", "mine");
+    run(&["none", "block.fx = 1 N"]);
+    assert_eq!(folder.read("out/friction.csv"), "mine");
     for _ in 0..2 {
         run(&["none", "block.fx = 1 N"]);
         for file in several {

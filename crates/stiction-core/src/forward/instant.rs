@@ -70,7 +70,7 @@ pub struct Account {
 }
 
 impl Forward {
-    /// Computes the kinetic and potential energy at a state, J.
+    /// Computes the mechanical energy (kinetic plus potential) at a state, J.
     pub(super) fn energy(&self, state: &State<f64>) -> f64 {
         let (topology, parameters) = (&*self.topology, &self.parameters);
         let mut bodies = Bodies::new(topology);

@@ -46,10 +46,13 @@ const SLACK: f64 = 1e-3;
 /// interfaces that move as before the jump would count as sticking.
 const STUCK: f64 = 1e-6;
 
-/// Factor of the change of constraints in a step, from its middle to its end. The change belongs to the
-/// velocities before the step, so in a velocity jump it is left out: where a joint reverses, it would
-/// permit that the mechanism bounces back without losing energy.
-const DRIFT: f64 = 0.5;
+/// Weight of the bias accelerations (velocity terms) of constraints and surfaces, whose directions change from
+/// the middle of a step to its end. They belong to the velocities before the step, so in a velocity jump they
+/// are left out: where a joint reverses, they would permit that the mechanism bounces back without losing
+/// energy.
+const BIAS: f64 = 0.5;
+/// Least change of the rates in a velocity jump, relative to the largest rate before the step.
+const JUMPS: f64 = 0.1;
 
 /// If a friction exceeds the largest force without friction by this factor, the friction is part of
 /// a velocity jump.
@@ -172,7 +175,7 @@ impl Forward {
         from: StepStart<'_>,
         inputs: &mut dyn Inputs,
     ) -> Result<TimeStep, ForwardError> {
-        let found = self.time_step_with(time, step, from, inputs, DRIFT);
+        let found = self.time_step_with(time, step, from, inputs, BIAS);
         if found.as_ref().is_ok_and(|found| !found.is_impulsive) {
             return found;
         }
@@ -180,16 +183,14 @@ impl Forward {
         if jump.as_ref().is_ok_and(|jump| jump.is_impulsive) { jump } else { found }
     }
 
-    /// Computes a time step as [`Self::time_step`]. Until the end of the step, constraints and
-    /// surface directions change by `drift` times their change in the step at the velocities before
-    /// the step.
+    /// Computes a time step as [`Self::time_step`], with the weight `bias` of the bias accelerations.
     fn time_step_with(
         &self,
         time: f64,
         step: f64,
         from: StepStart<'_>,
         inputs: &mut dyn Inputs,
-        drift: f64,
+        bias: f64,
     ) -> Result<TimeStep, ForwardError> {
         let (topology, parameters) = (&self.topology, &self.parameters);
         let start = from.state;
@@ -217,7 +218,7 @@ impl Forward {
             let end = index.checked_sub(topology.closures()).map_or(0.0, |k| ends[k].rate);
             // The row is evaluated at the middle of the step and changes until the end of the step;
             // `right` is minus the rate of change of the row.
-            row.right = (end - rate) / step + drift * row.right;
+            row.right = (end - rate) / step + bias * row.right;
         }
         let massless = |m: Massless| self.unsolved(time, Unsolved::Massless(m));
         let balance = Balance::new(self, &data, rows).map_err(massless)?;
@@ -242,7 +243,7 @@ impl Forward {
             let mut free = [0.0; 3];
             for place in 0..parameters.interfaces[interface].shape.dofs().len() {
                 free[place] = rate(&start.rates, place)
-                    + step * (rate(&base.accelerations, place) + drift * turning[place]);
+                    + step * (rate(&base.accelerations, place) + bias * turning[place]);
             }
             free
         };
@@ -266,7 +267,7 @@ impl Forward {
         }
         let is_solution = |found: &Solution| {
             found.residual <= RESIDUAL
-                && (largest(&found.amounts) <= impulsive || found.creep <= STUCK)
+                && (largest(&found.amounts) <= impulsive || found.residual_slip <= STUCK)
         };
         let mut found = problem.solve_near(&near).filter(is_solution);
         if found.is_none() && near.iter().any(|amount| *amount != 0.0) {
@@ -294,7 +295,12 @@ impl Forward {
         for (unit, amount) in members.units.iter().zip(&found.amounts) {
             response.add(unit, *amount);
         }
-        let is_impulsive = largest(&found.amounts) > impulsive;
+        let columns = || response.accelerations.iter().zip(&self.columns);
+        let change = columns().fold(0.0_f64, |m, (a, column)| m.max((step * a / column).abs()));
+        let rates = start.rates.iter().zip(&self.columns);
+        let fastest = rates.fold(0.0_f64, |m, (rate, column)| m.max((rate / column).abs()));
+        // In zero gravity, friction may exceed the other forces by far without a jump.
+        let is_impulsive = largest(&found.amounts) > impulsive && change > JUMPS * fastest;
         let solution = (&problem.members[..], &found, free_rate);
         let end = self.end_of_step(&data, from, step, solution, (&balance, response));
         Ok(TimeStep { is_impulsive, ..end })

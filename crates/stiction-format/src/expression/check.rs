@@ -172,8 +172,8 @@ fn dimension_of(
             let plain = a.is_none() || b.is_none();
             Err(fault.maybe_help(plain.then(|| "give the plain number a unit".to_owned())))
         }
-        Op::Multiply => a.times(b).ok_or_else(too_large),
-        Op::Divide => a.over(b).ok_or_else(too_large),
+        Op::Multiply => a.times(b).map(Dimension::of_arithmetic).ok_or_else(too_large),
+        Op::Divide => a.over(b).map(Dimension::of_arithmetic).ok_or_else(too_large),
         Op::Power => power_dimension(parts, formula),
         Op::Call(function, _) => call_dimension(function, parts),
         Op::Number(..) | Op::Parameter(_) | Op::Time | Op::Measured(..) => Ok(Dimension::NONE),

@@ -77,14 +77,24 @@ impl Dimension {
 
     /// Dimension of a sum of quantities of dimensions that are [`same`](Self::same).
     pub(crate) fn sum(self, other: Self) -> Self {
-        // An angle or a ratio plus a plain number remains an angle or a ratio.
-        let is_kept = self.is_angle() || (self.is_ratio() && !other.is_angle());
-        if is_kept { self } else { other }
+        // An angle plus a plain number remains an angle. In other arithmetic, percentages are plain
+        // numbers.
+        match self.is_angle() {
+            true => self,
+            false if self.is_ratio() && other.is_bare() => other,
+            false if other.is_ratio() && self.is_bare() => self,
+            false => other,
+        }
     }
 
     /// Tests if the power of time is not 0.
     pub(crate) fn has_time(self) -> bool {
         self.second != 0
+    }
+
+    /// Dimension of a product or quotient of numbers: in arithmetic, percentages are plain numbers.
+    pub(crate) fn of_arithmetic(self) -> Self {
+        Self { percent: 0, ..self }
     }
 
     /// Dimension of a product; `None` if a power overflows.

@@ -3,8 +3,9 @@
 use super::{Shape, Signal};
 use stiction_core::kinematics::Target;
 
-/// Change of the rate, relative to the greatest rate, below which a change is not reported.
-const RELATIVE: f64 = 1e-6;
+/// Change of the rate, relative to the greatest rate, below which a change is not reported. The
+/// continuous rate of `abs(t)^1.5` changes by less within [`WIDTH`].
+const RELATIVE: f64 = 1e-3;
 /// Duration of the interval, relative to the greatest time, within which a change is a jump.
 const WIDTH: f64 = 1e-9;
 /// Duration, relative to the greatest time, that an interval may have if the formula has no finite

@@ -315,7 +315,9 @@ impl Simulation<'_> {
             let (mut first, mut second) = (first, second);
             if jumps || is_last_resort {
                 self.record_jump(&second.time_step, &second.state, time, all);
-                self.account_for_jump(&mut first, &mut second);
+                if first.time_step.is_impulsive || second.time_step.is_impulsive {
+                    self.account_for_jump(&mut first, &mut second);
+                }
             }
             let grow = if error > 0.0 { (0.8 / error.sqrt()).clamp(0.3, 2.0) } else { 2.0 };
             let next = step * grow;

@@ -72,7 +72,7 @@ pub(crate) struct Solution {
     pub(crate) residual: f64,
     /// Largest surface rate of a sticking interface relative to the largest frictionless rate.
     /// [`Self::residual`] permits large rates if the forces are much larger.
-    pub(crate) creep: f64,
+    pub(crate) residual_slip: f64,
     /// For each member, `true` if its interface sticks; always `false` without dry friction.
     pub(crate) sticks: Vec<bool>,
 }
@@ -171,7 +171,14 @@ impl Complementarity<'_> {
         let fastest = stuck.flat_map(|(member, _)| &rates[member.places.clone()]);
         let fastest = fastest.fold(0.0_f64, |m, rate| m.max(rate.abs()));
         let free = self.free.iter().fold(f64::MIN_POSITIVE, |m, rate| m.max(rate.abs()));
-        Solution { amounts, rates, loads, residual: relative, creep: fastest / free, sticks }
+        Solution {
+            amounts,
+            rates,
+            loads,
+            residual: relative,
+            residual_slip: fastest / free,
+            sticks,
+        }
     }
 }
 

@@ -91,7 +91,7 @@ fn read_file(
             let help = did_you_mean(&key.text, "keys", KEYS).unwrap_or_default();
             let help = if help.is_empty() { help } else { format!("; {help}") };
             let message = format!("the unknown key {} is left out{help}", quoted(&key.text));
-            context.warn(message, Some(key.place.clone()));
+            context.note(message, Some(key.place.clone()));
         }
     }
     if let (Some((_, names)), Some((key, types))) = (get("joint_name"), get("joint_type")) {
