@@ -152,8 +152,8 @@ fn nothing_to_resume(outputs: &Outputs) -> Failure {
     let failure = Failure::input(format!("there is no {CHECKPOINT} in {folder} to resume from"));
     match outputs.path("summary.json").is_file() {
         true => failure.help(
-            "the folder contains the summary.json of a complete run; to simulate longer, start again without \
-             --resume",
+            "the folder contains the summary.json of a run, which is complete; to simulate longer, start again \
+             without --resume",
         ),
         false => failure.help(
             "start again without --resume; runs with -o write a checkpoint every minute, see --checkpoint",
