@@ -2,7 +2,7 @@
 
 use super::FILES;
 use crate::failure::Failure;
-use crate::outputs::{CHECKPOINT, Outputs};
+use crate::outputs::{CHECKPOINT, Outputs, SUMMARY};
 use serde_json::{Value, json};
 use std::fs::File;
 use std::io::BufWriter;
@@ -150,11 +150,11 @@ fn nothing_to_resume(outputs: &Outputs) -> Failure {
     let path = outputs.path(CHECKPOINT);
     let folder = path.parent().unwrap_or(Path::new("")).display();
     let failure = Failure::input(format!("there is no {CHECKPOINT} in {folder} to resume from"));
-    match outputs.path("summary.json").is_file() {
-        true => failure.help(
-            "the folder contains the summary.json of a run, which is complete; to simulate longer, start again \
+    match outputs.path(SUMMARY).is_file() {
+        true => failure.help(format!(
+            "the folder contains the {SUMMARY} of a run, which is complete; to simulate longer, start again \
              without --resume",
-        ),
+        )),
         false => failure.help(
             "start again without --resume; runs with -o write a checkpoint every minute, see --checkpoint",
         ),

@@ -79,12 +79,8 @@ impl Dimension {
     pub(crate) fn sum(self, other: Self) -> Self {
         // An angle plus a plain number remains an angle. In other arithmetic, percentages are plain
         // numbers.
-        match self.is_angle() {
-            true => self,
-            false if self.is_ratio() && other.is_bare() => other,
-            false if other.is_ratio() && self.is_bare() => self,
-            false => other,
-        }
+        let is_self = self.is_angle() || (self.is_bare() && other.is_ratio());
+        if is_self { self } else { other }
     }
 
     /// Tests if the power of time is not 0.

@@ -179,8 +179,8 @@ impl Measure {
 
     /// Returns `None` if a quantity of dimension `found` is acceptable, otherwise a function that
     /// creates the error message for a place in the text. A plain number is accepted and read in SI
-    /// units. An angle is not accepted where a length is expected, and a number in percent only
-    /// where a plain number is expected.
+    /// units. An angle is not accepted as a length. A number in percent is accepted only as a plain
+    /// number, for example as an efficiency.
     pub(crate) fn complaint(self, found: Dimension) -> Option<impl FnOnce(Span) -> Fault> {
         let expected = self.dimension();
         let bare = found.is_none() && (found.is_bare() || expected.is_none());

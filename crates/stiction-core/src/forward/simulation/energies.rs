@@ -34,9 +34,9 @@ impl Simulation<'_> {
     /// the energy balance is this gain.
     ///
     /// Only the sum is determined: frictions that stress the mechanism against itself do no work
-    /// together, but may seem to do much work one by one. The sum of their works has no correct digit
-    /// where an interface reverses at the same time, because then the product of an enormous impulse
-    /// and a vanishing velocity counts.
+    /// together, but may seem to do much work one by one. If an interface reverses in the jump, its
+    /// work is the product of a very large impulse and a velocity near 0, and round-off leaves no
+    /// correct digit in the sum of the works.
     pub(super) fn account_for_jump(&self, first: &mut StepResult, second: &mut StepResult) {
         let works = [&first.time_step.work, &second.time_step.work];
         let supplied: f64 = works

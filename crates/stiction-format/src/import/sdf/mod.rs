@@ -35,9 +35,11 @@ pub(super) struct Reader<'a, 'c> {
     bodies: HashMap<String, usize>,
     /// Indices of the joints by their full names in the file.
     joints: HashMap<String, usize>,
-    /// Effort limits by joint index, N or N m; a joint without this limit has no entry.
+    /// Effort limits by indices of the joint and its degree of freedom, N or N m; without a limit
+    /// there is no entry.
     efforts: HashMap<(usize, usize), f64>,
-    /// Rate limits by joint index, m/s or rad/s; a joint without this limit has no entry.
+    /// Rate limits by indices of the joint and its degree of freedom, m/s or rad/s; without a limit
+    /// there is no entry.
     rates: HashMap<(usize, usize), f64>,
 }
 
