@@ -144,6 +144,14 @@ pub enum Error {
     /// The controller's model cannot be assembled at the measured position.
     #[error("{0}")]
     Controller(AssemblyError),
+    /// Locked joints prevent accelerations of the actuators that the controller requires.
+    #[error("with {locked} locked, the actuators cannot move as the controller requires: {error}")]
+    ControllerLocked {
+        /// Names of the locked joints.
+        locked: String,
+        /// Contradiction between the accelerations and the locks.
+        error: AssemblyError,
+    },
     /// The inverse dynamics of the controller's model has no solution.
     #[error("{0}")]
     ControllerForces(InverseError),
@@ -218,7 +226,7 @@ impl Error {
             | Self::NoSuchTime { .. }
             | Self::Checkpoint => true,
             Self::SpinningPayload { .. } | Self::Payload { .. } => true,
-            Self::Controller(_) | Self::ControllerForces(_) => true,
+            Self::Controller(_) | Self::ControllerForces(_) | Self::ControllerLocked { .. } => true,
             Self::Assembly { error, .. }
             | Self::Reference { error, .. }
             | Self::Forward(ForwardError::Assembly(error)) => {

@@ -77,6 +77,12 @@ impl From<RunError> for Error {
                     .with_help("start from another state, or use another controller")
                     .with_option("from")
             }
+            RunError::ControllerLocked { .. } => locked(plain(message)),
+            RunError::ControllerAt { time, ref error }
+                if matches!(**error, RunError::ControllerLocked { .. }) =>
+            {
+                locked(plain(message)).with_details(json!({ "time": time }))
+            }
             RunError::ControllerAt { time, .. } => plain(message)
                 .with_help("reduce the bandwidth, set an effort `limit`, or use a PD controller; the results up to this time show the cause")
                 .with_details(json!({ "time": time })),
@@ -156,6 +162,17 @@ fn cannot_carry(missing: &Missing) -> Error {
         "motion": motion,
         "missing": { "least": least, "greatest": greatest, "unit": unit },
     }))
+}
+
+/// Adds suggestions to the plain message of an error about locks that do not allow the motion of a
+/// controller.
+fn locked(plain: Error) -> Error {
+    plain
+        .with_help(
+            "give efforts instead of the controller, for example `--drives none`, which also simulates a \
+             mechanism that cannot move; or lock other joints",
+        )
+        .with_option("hold")
 }
 
 /// Adds suggestions to the plain message of a simulation error.

@@ -5,10 +5,11 @@ use super::job::Job;
 use super::motors::Motors;
 use super::sampled_loop::{SampledLoop, Tuning, largest_bandwidth};
 use crate::error::Error;
+use crate::names::Names;
 use nalgebra::{DMatrix, DVector};
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, Settings};
 use stiction_core::forward::Forward;
-use stiction_core::kinematics::{Bodies, Coordinate, State, Target};
+use stiction_core::kinematics::{AssemblyError, Bodies, Coordinate, State, Target};
 use stiction_format::{Control, ControlType, FrictionFeed, ModelFile};
 
 /// Gains and effort limit of the controller of one actuator.
@@ -60,6 +61,8 @@ pub(super) struct Controller<'a> {
     /// of the actuators. `None` if the controller requires neither.
     model: Option<InverseDynamics>,
     motors: Motors,
+    /// Names of the locked actuators.
+    locked: String,
     /// Positions of all actuators at the previous sample, m or rad; `None` before the first sample.
     before: Option<Vec<f64>>,
     /// Stability of the loop at the start.
@@ -101,6 +104,9 @@ impl<'a> Controller<'a> {
         let uses_defaults = free.iter().any(|k| wants_gains(&control.channels[*k]));
         let needs_model = !pd || uses_defaults;
         let motors = Motors::new(&job.known_model().mechanism);
+        let names = Names::new(forward.mechanism()).drives;
+        let locked = job.locked.iter().map(|k| format!("`{}`", names[*k].0));
+        let locked = locked.collect::<Vec<_>>().join(", ");
         // With given gains, the model is only needed to examine their stability, and may fail.
         let prepare = || {
             let mut model = by_actuators(job.known_model(), forward, (state, bodies))?;
@@ -113,7 +119,7 @@ impl<'a> Controller<'a> {
         };
         let (model, masses) = match prepare() {
             Ok((model, masses)) => (needs_model.then_some(model), Some(masses)),
-            Err(error) if needs_model => return Err(error),
+            Err(error) if needs_model => return Err(of_locks(error, &locked)),
             Err(_) => (None, None),
         };
         if let Some(masses) = &masses {
@@ -170,7 +176,7 @@ impl<'a> Controller<'a> {
         });
         let integrals = vec![0.0; count];
         let mut controller =
-            Self { control, gains, integrals, model, motors, before: None, tuning };
+            Self { control, gains, integrals, model, motors, locked, before: None, tuning };
         if let Some(model) = &mut controller.model
             && control.friction == FrictionFeed::Measured
         {
@@ -246,7 +252,10 @@ impl<'a> Controller<'a> {
                     })
                     .collect();
                 let at = |error| Error::ControllerAt { time: *time, error: Box::new(error) };
-                model.move_to(&targets).map_err(|error| at(Error::Controller(error)))?;
+                let locked = &self.locked;
+                model
+                    .move_to(&targets)
+                    .map_err(|error| at(of_locks(Error::Controller(error), locked)))?;
                 let forces =
                     model.solve(loads).map_err(|error| at(Error::ControllerForces(error)))?;
                 let mut efforts = forces.efforts.clone();
@@ -273,6 +282,17 @@ impl<'a> Controller<'a> {
         }
         self.before = Some(positions);
         Ok(efforts)
+    }
+}
+
+/// Attributes contradictory accelerations of the controller's model to the locked actuators, if there
+/// are any.
+fn of_locks(error: Error, locked: &str) -> Error {
+    match error {
+        Error::Controller(error @ AssemblyError::Contradiction { .. }) if !locked.is_empty() => {
+            Error::ControllerLocked { locked: locked.to_owned(), error }
+        }
+        other => other,
     }
 }
 

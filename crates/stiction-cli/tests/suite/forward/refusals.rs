@@ -118,6 +118,25 @@ fn a_start_without_solution_writes_no_row() {
     assert!(!folder.files().iter().any(|name| name == "forward.csv"), "{:?}", folder.files());
 }
 
+/// Locks that leave nothing to move permit a standstill, although the round-off of the rates that the
+/// locks remove satisfies no constraint. A controller cannot accelerate an actuator that locks stop.
+#[test]
+fn locks_that_stop_everything_permit_a_standstill() {
+    let folder = Folder::new("forward-locked");
+    for hold in ["A,B", "B,C", "A,B,D"] {
+        let run = ["forward", "four-bar", "--hold", hold, "--drives", "none", "--until", "0.1"];
+        let said = folder.stiction(&[&run[..], &["--report", "off", "-o", "."]].concat());
+        let said = said.succeeds();
+        assert!(said.contains("initial rates differ from the requested ones"), "{said}");
+        let rates = column(&folder.read("forward.csv"), "C.rate [rad/s]");
+        assert!(rates.iter().all(|rate| *rate == 0.0), "{hold}: {rates:?}");
+    }
+    let run = ["forward", "four-bar", "--hold", "B"];
+    let texts = ["with `B` locked, the actuators cannot move", "--drives none", "--hold"];
+    folder.stiction(&run).fails(1, &texts);
+    folder.stiction(&[&run[..], &["--controller", "pd"]].concat()).fails(2, &texts);
+}
+
 /// Friction grows with the normal loads that it causes, until no acceleration satisfies the
 /// friction laws. Rows before that instant are kept.
 #[test]

@@ -90,6 +90,13 @@ impl<'a> Simulation<'a> {
         };
         let largest = size(&|k| wished[k]);
         let changed = size(&|k| wished[k] - state.rates[k]);
+        let stands = targets.iter().all(|target| target.rate == 0.0);
+        if stands && size(&|k| state.rates[k]) <= REST * largest {
+            // The constraints allow none of the given rates. What the projection leaves is round-off,
+            // which no constraint satisfies.
+            state.rates.fill(0.0);
+            bodies.move_with(&model.topology, &state.rates);
+        }
         let dropped = if largest > 0.0 { changed / largest } else { 0.0 };
         let own = inputs.initial_states();
         let (topology, parameters) = (&model.topology, &model.parameters);
