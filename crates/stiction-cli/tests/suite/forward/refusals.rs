@@ -137,6 +137,29 @@ fn locks_that_stop_everything_permit_a_standstill() {
     folder.stiction(&[&run[..], &["--controller", "pd"]].concat()).fails(2, &texts);
 }
 
+/// A part without mass that can move has no acceleration, also if it turns and nothing loads it. A
+/// rotor, a lock or static friction suffices.
+#[test]
+fn a_part_without_mass_that_can_turn_is_refused() {
+    let folder = Folder::new("forward-massless");
+    let pendulum = "gravity = [0, -9.81, 0]\n[bodies.bob]\ncom = [0, -0.4, 0]\n[joints.pivot]\n\
+                    type = \"R\"\nfrom = \"ground\"\nto = \"bob\"\naxis = \"z\"\n";
+    let motor = "[actuators.motor]\njoint = \"pivot\"\nratio = 50\nrotor_inertia = 1e-4\n";
+    folder.write("pendulum.toml", pendulum);
+    folder.write("ball.toml", &pendulum.replace("\"R\"", "\"S\"").replace("axis = \"z\"", ""));
+    folder.write("motor.toml", &[pendulum, motor].concat());
+    let run = |model: &str, more: &[&str]| {
+        let run = ["forward", model, "--drives", "none", "--until", "0.1", "--report", "off"];
+        folder.stiction(&[&run[..], more].concat())
+    };
+    let texts =
+        ["at t = 0 s body `bob` can move without any inertia", "mass and moments of inertia"];
+    run("pendulum.toml", &[]).fails(1, &texts);
+    run("ball.toml", &[]).fails(1, &texts);
+    run("pendulum.toml", &["--hold", "pivot"]).succeeds();
+    run("motor.toml", &[]).succeeds();
+}
+
 /// Friction grows with the normal loads that it causes, until no acceleration satisfies the
 /// friction laws. Rows before that instant are kept.
 #[test]

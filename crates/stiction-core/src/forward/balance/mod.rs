@@ -10,7 +10,7 @@
 //! The null space `Z` of `J` decouples the equations: accelerations follow from `J` and `Z^T M Z`,
 //! then the multipliers `l` from the independent rows. `M` may be singular, but `Z^T M Z` must not
 //! be: each motion that the constraints allow must have inertia, except the passive spin of a
-//! single body. Dependent rows are redundant constraints. They do not affect the accelerations, and
+//! single body, see [`passive_spins`]. Dependent rows are redundant constraints. They do not affect the accelerations, and
 //! [`redundancy`] determines their reactions by a declared rule.
 //!
 //! Equations (D1) and (D2) of the book's theory.
@@ -33,7 +33,7 @@ use super::constraint_jacobian::ConstraintRows;
 use super::constraint_rank::Contradiction;
 use super::data::Data;
 use crate::linalg::RowSpace;
-use passive_spins::fastest_body;
+use passive_spins::{fastest_body, is_passive_spin};
 use redundancy::RedundancyResolution;
 use sparse::SparseBalance;
 
@@ -147,7 +147,7 @@ impl Balance {
             vector.iter_mut().zip(&model.columns).for_each(|(x, c)| *x *= c);
         }
         passive_spins.clear();
-        let may_lack_inertia = |rates: &[f64]| fastest_body(model, data, rates).1;
+        let may_lack_inertia = |rates: &[f64]| is_passive_spin(model, data, rates);
         let results = (passive_spins, momenta, factor);
         cholesky::factor_into(mass, basis, n, &may_lack_inertia, results)
             .map_err(|rates| Massless { body: fastest_body(model, data, &rates).0 })?;
