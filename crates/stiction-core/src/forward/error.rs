@@ -133,7 +133,7 @@ pub enum ForwardError {
     Stalled {
         /// Time, s.
         time: f64,
-        /// Number of evaluations without progress.
+        /// Number of evaluations without progress; a time step that has no solution counts as fifty.
         evaluations: usize,
         /// Name of the joint with the largest normal force, if joints have friction.
         joint: Option<String>,

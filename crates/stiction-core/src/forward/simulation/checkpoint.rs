@@ -31,7 +31,7 @@ pub struct Checkpoint {
 }
 
 /// First number of a checkpoint: the version of its format.
-pub(super) const FORMAT: f64 = 15.0;
+pub(super) const FORMAT: f64 = 16.0;
 
 /// Largest valid count. A larger number means that the checkpoint is invalid.
 const COUNTABLE: f64 = 1e15;
@@ -262,11 +262,13 @@ impl<'a> Simulation<'a> {
         tape.count(&mut self.event_rate.0);
         tape.number(&mut self.event_rate.1);
         tape.number(&mut self.dropped);
+        tape.numbers([&mut self.jumps.0, &mut self.jumps.1]);
         tape.count(&mut self.stiff.0);
         tape.count(&mut self.stiff.1);
         tape.count(&mut self.crawling);
         tape.count(&mut self.progress.0);
         tape.number(&mut self.progress.1);
+        tape.count(&mut self.unsolved_steps);
         tape.count(&mut self.wait);
         let Economy { work, window, phase } = &mut self.economy;
         tape.count(work);
@@ -370,9 +372,11 @@ impl Forward {
             stepping: None,
             event_rate: (0, 0.0),
             dropped: 0.0,
+            jumps: (0.0, 0.0),
             stiff: (0, 0),
             crawling: 0,
             progress: (0, 0.0),
+            unsolved_steps: 0,
             wait: QUIET,
             economy: Economy::new(0.0),
             workspace: Box::new(Scratch::new(self)),

@@ -63,6 +63,9 @@ const REST: f64 = 1e-10;
 /// Number of evaluations after which progress is checked. The simulation stalls if time has
 /// advanced by less than [`LEAST_PROGRESS`] times the longest step during these evaluations.
 const PATIENCE: usize = 5_000;
+/// Number of evaluations that take as much time as the search for a solution of a time step that has
+/// none.
+const UNSOLVED: usize = 50;
 /// Smallest advance of time during [`PATIENCE`] evaluations, as a fraction of the longest step.
 const LEAST_PROGRESS: f64 = 1e-3;
 
@@ -131,6 +134,9 @@ pub struct Simulation<'a> {
     /// began, s.
     event_rate: (usize, f64),
     dropped: f64,
+    /// Number of velocity jumps that may still be located, and the time of the last one that was, s;
+    /// see [`Simulation::locates_jumps`].
+    jumps: (f64, f64),
     /// Number of steps limited by stability since the last reset, and number of consecutive steps
     /// not limited by stability; see `is_stiff`.
     stiff: (usize, usize),
@@ -138,6 +144,8 @@ pub struct Simulation<'a> {
     crawling: usize,
     /// Number of evaluations, and the time in s, at the last check for a stall.
     progress: (usize, f64),
+    /// Number of time steps without a solution since that check.
+    unsolved_steps: usize,
     /// Number of time steps without a stick-slip transition after which the simulation tries the
     /// event-driven method again.
     wait: usize,
@@ -334,10 +342,12 @@ impl<'a> Simulation<'a> {
     /// Returns true if time has hardly advanced over the last [`PATIENCE`] evaluations.
     fn is_stalled(&mut self) -> bool {
         let (evaluations, since) = self.progress;
-        if self.evaluations - evaluations < PATIENCE {
+        let unsolved = UNSOLVED * self.unsolved_steps;
+        if self.evaluations - evaluations + unsolved < PATIENCE {
             return false;
         }
         self.progress = (self.evaluations, self.now.time);
+        self.unsolved_steps = 0;
         self.now.time - since < LEAST_PROGRESS * self.settings.longest_step
     }
 

@@ -4,7 +4,7 @@ use super::between::LastStep;
 use super::economy::Economy;
 use super::method_change::{QUIET, is_without_acceleration};
 use super::scratch::Scratch;
-use super::stepping::FIRST;
+use super::stepping::{FIRST, JUMPS};
 use super::{Energies, Method, REST, Settings, Simulation};
 use crate::forward::Forward;
 use crate::forward::affine_friction::{InterfaceMode, is_smooth, norm};
@@ -236,9 +236,11 @@ impl<'a> Simulation<'a> {
             stepping: None,
             event_rate: (0, time),
             dropped,
+            jumps: (JUMPS, time),
             stiff: (0, 0),
             crawling: 0,
             progress: (0, time),
+            unsolved_steps: 0,
             wait: QUIET,
             economy: Economy::new(time),
             workspace: Box::new(Scratch::new(model)),

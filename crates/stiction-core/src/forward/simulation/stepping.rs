@@ -25,6 +25,10 @@ const STILL: f64 = 1e-9;
 const JUMP: f64 = 1e-4;
 /// Length, s, of the steps in which jumps are detected. Longer steps with a jump are shortened.
 const SHORTEST_BEFORE_JUMP: f64 = 1e-8;
+/// Largest number of consecutive velocity jumps that are located however dense they are.
+pub(super) const JUMPS: f64 = 40.0;
+/// Time, s, after which one more jump is located.
+const JUMP_INTERVAL: f64 = 0.02;
 /// Largest error of a smooth step because of its rates, as a multiple of the error because of its
 /// coordinates. Steps are therefore at most ten times shorter than the coordinates require.
 const OF_RATES: f64 = 100.0;
@@ -165,6 +169,11 @@ impl Simulation<'_> {
         if !state.coordinates.iter().chain(&state.rates).all(|x| x.is_finite()) {
             return Err(ForwardError::NotFinite { time, what: "a coordinate or a rate" });
         }
+        // Joints that stick at a dead centre permit the present rates, but not those an instant later.
+        // The locks that then stop the mechanism dissipate its energy.
+        let fastest =
+            self.change(from, &State { rates: vec![0.0; from.rates.len()], ..from.clone() });
+        time_step.is_impulsive |= self.change(&time_step.state, &state) > JUMP * fastest;
         Ok(StepResult { time_step, state, anchors, frozen })
     }
 
@@ -222,12 +231,14 @@ impl Simulation<'_> {
         let shortest = self.settings.shortest_step.max(16.0 * f64::EPSILON * time.abs());
         let longest = self.longest_step(time, inputs);
         let mut longer = LONGER.iter().filter(|step| **step <= longest.min(end - time));
-        let mut is_last_resort = false;
+        // Error of the shortest step, if it has no solution.
+        let mut unsolved = None;
         // Length of a valid step that is tried again with a shorter length.
         let mut valid = None;
         // Length of a step that ends before a stop or reversal, and the rest of the step that it replaces.
         let mut before_stop = None;
         loop {
+            let is_last_resort = unsolved.is_some();
             let left = end - time;
             let mut step = stepping.step.min(longest).min(left);
             if left - step < 0.01 * step {
@@ -236,6 +247,7 @@ impl Simulation<'_> {
             let shortened = step < stepping.step;
             let half = 0.5 * step;
             let tried = self.two_halves(time, half, &from, (&modes, &bristles), inputs);
+            self.unsolved_steps += usize::from(tried.is_err());
             let (whole, first, second) = match tried {
                 Ok(tried) => tried,
                 Err(_) if let Some(step) = valid.take() => {
@@ -249,8 +261,9 @@ impl Simulation<'_> {
                 // During an impact, short steps may have no frictions that satisfy all laws, while
                 // a longer step may have them.
                 Err(error) => {
-                    stepping.step = *longer.next().ok_or(error)?;
-                    is_last_resort = true;
+                    // Errors of longer steps are about states that the mechanism does not reach.
+                    let error = unsolved.get_or_insert(error);
+                    stepping.step = *longer.next().ok_or_else(|| error.clone())?;
                     continue;
                 }
             };
@@ -261,10 +274,6 @@ impl Simulation<'_> {
             // become shorter and shorter, and never reach the jump. Coordinates limit the steps much
             // less there.
             let refines = step > FIRST && !self.has_stiff_laws() && !self.is_switching();
-            let smooth = refines && !transition;
-            let of_rates = if refines { self.rates_apart(&whole, &second) } else { 0.0 };
-            let of_smooth = (of_rates / SMOOTH).min(OF_RATES * apart);
-            let error = if smooth { apart.max(of_smooth) } else { apart };
             // The velocities jump if their change in one half of the step is nearly as large as
             // their change in the whole step.
             let all = self.change(&from, &whole.state).max(self.change(&from, &second.state));
@@ -276,7 +285,12 @@ impl Simulation<'_> {
             let slow = self.fastest_rate.max(JUMP * self.natural_rate());
             let moves = all > STILL * whole.time_step.free_rate;
             let jumps = moves && one > 0.75 * all && all > JUMP * slow;
-            if (error > 1.0 || jumps) && step > SHORTEST_BEFORE_JUMP && !is_last_resort {
+            let located = jumps && self.locates_jumps(time);
+            let smooth = refines && !transition && (located || !jumps);
+            let of_rates = if refines { self.rates_apart(&whole, &second) } else { 0.0 };
+            let of_smooth = (of_rates / SMOOTH).min(OF_RATES * apart);
+            let error = if smooth { apart.max(of_smooth) } else { apart };
+            if (error > 1.0 || located) && step > SHORTEST_BEFORE_JUMP && !is_last_resort {
                 let factor = if error > 1.0 { (0.8 / error.sqrt()).clamp(0.1, 0.7) } else { 0.25 };
                 stepping.step = (step * factor).max(0.9 * SHORTEST_BEFORE_JUMP);
                 continue;
@@ -313,11 +327,13 @@ impl Simulation<'_> {
                 continue;
             }
             let (mut first, mut second) = (first, second);
-            if jumps || is_last_resort {
+            if located || is_last_resort {
+                self.jumps = (self.jumps_left(time) - 1.0, time);
                 self.record_jump(&second.time_step, &second.state, time, all);
-                if first.time_step.is_impulsive || second.time_step.is_impulsive {
-                    self.account_for_jump(&mut first, &mut second);
-                }
+            }
+            let is_impulsive = first.time_step.is_impulsive || second.time_step.is_impulsive;
+            if is_impulsive && (jumps || is_last_resort) {
+                self.account_for_jump(&mut first, &mut second);
             }
             let grow = if error > 0.0 { (0.8 / error.sqrt()).clamp(0.3, 2.0) } else { 2.0 };
             let next = step * grow;
@@ -342,6 +358,19 @@ impl Simulation<'_> {
             self.stepping = Some(stepping);
             return self.leave_stepping(inputs);
         }
+    }
+
+    /// Returns the number of velocity jumps that may be located from `time`, s, on. A jump takes about
+    /// thirty steps to locate. Where friction makes a mechanism jump thousands of times in a second,
+    /// jumps lie within longer steps, whose error of the coordinates alone is controlled.
+    fn jumps_left(&self, time: f64) -> f64 {
+        let (left, since) = self.jumps;
+        (left + (time - since) / JUMP_INTERVAL).min(JUMPS)
+    }
+
+    /// Returns true if a jump at `time`, s, is located by shorter steps, see [`Self::jumps_left`].
+    fn locates_jumps(&self, time: f64) -> bool {
+        self.jumps_left(time) >= 1.0
     }
 
     /// Records a velocity jump as an event. `change` is the largest change of a rate in the step,
