@@ -31,7 +31,7 @@ impl RecordingSource<'_> {
         let mut random = Random::new(4);
         let mut confirmed = [0; 2];
         for sample in samples {
-            let Sample { state, targets, loads } = sample;
+            let Sample { state, targets, loads, .. } = sample;
             // Efforts close to those of inverse dynamics at this state, so that friction does not
             // lock the actuators.
             let coordinates = &state.coordinates;

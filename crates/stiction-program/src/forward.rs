@@ -20,7 +20,7 @@ use crate::machine::fuses;
 use crate::memory::Memory;
 use crate::recording::{Counts, RecordingSource};
 use crate::run::by_lanes;
-use crate::samples::{samples, seeded_samples};
+use crate::samples::{StateRange, samples, seeded_samples};
 use crate::stages::early;
 use core::ops::Range;
 use stiction_core::dynamics::{AppliedLoad, InverseDynamics, Weighting};
@@ -196,7 +196,7 @@ impl ForwardProgram {
         let places = loads.iter().map(place_of).collect();
         let program = Self::compile(source.counts(coupled.len()), &recorded, places, machine)?;
         // The program is verified at states other than those of the recording.
-        let others = seeded_samples(9, solver, signal, loads)?;
+        let others = seeded_samples(9, StateRange::Usual, solver, signal, loads)?;
         if source.confirms(&program, &others) {
             Ok(program)
         } else {

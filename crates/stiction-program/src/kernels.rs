@@ -66,7 +66,7 @@ impl RecordedKernels {
         }
         let model = solver.model().map_err(|_| RecordError::NoPlan)?;
         let source = RecordingSource { model: &model, solver, loads };
-        let inputs = |Sample { state, targets, loads }: Sample| -> Vec<f64> {
+        let inputs = |Sample { state, targets, loads, .. }: Sample| -> Vec<f64> {
             let mut all = state.coordinates;
             all.extend(targets.iter().flat_map(target_to_array));
             all.extend(loads.iter().flat_map(load_to_array));

@@ -104,7 +104,7 @@ impl RecordingSource<'_> {
     }
 
     fn friction_rows(&self, sample: &Sample) -> Rows {
-        let Sample { state, targets, loads } = sample;
+        let Sample { state, targets, loads, .. } = sample;
         let (model, parameters) = (self.model, self.solver.parameters());
         let like = self.solver.state();
         let ran = run(model, parameters, like, &state.coordinates, (targets, loads), 0);

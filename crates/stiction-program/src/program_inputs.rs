@@ -255,7 +255,7 @@ impl InputLayout {
     }
 
     /// Returns the values of all inputs of the program at a sample, in the order of the inputs.
-    pub(crate) fn row(&self, Sample { state, targets, loads }: &Sample) -> Vec<f64> {
+    pub(crate) fn row(&self, Sample { state, targets, loads, .. }: &Sample) -> Vec<f64> {
         let mut row = Vec::with_capacity(self.count);
         self.visit(self.motions(state), &state.coordinates, targets, loads, |x| row.extend(x));
         row

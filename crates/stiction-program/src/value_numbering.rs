@@ -3,7 +3,7 @@
 //!
 //! Equation (P2) of the book's theory.
 
-use crate::graph::{Graph, Node, Op};
+use crate::graph::{Function, Graph, Node, Op};
 use crate::sampled_values::{Row, SampledValues};
 use rustc_hash::FxHashMap;
 
@@ -56,9 +56,12 @@ pub(crate) struct Merged {
 /// Of several equal nodes, the first one remains.
 ///
 /// Two different polynomials of the inputs agree at random points with probability zero. Samples
-/// must be as generic as the inputs permit. Selections that take both branches in the samples are
-/// decided at random, so that conditions which mostly agree are not merged; this needs some thirty
-/// samples. A selection that takes the same branch in all samples is replaced by this branch, and
+/// must be as generic as the inputs permit. Exponentials and logarithms of different arguments have
+/// random values: an exponential vanishes within rounding at most samples, such as the Stribeck term
+/// at speeds far above the Stribeck velocity, but not everywhere. Selections that take both branches
+/// in the samples are decided at random, so that conditions which mostly agree are not merged; this
+/// needs some thirty samples. Where the condition is exactly zero, the branch is the actual one,
+/// because the other one may have a pole there. A selection that takes the same branch in all samples is replaced by this branch, and
 /// its condition becomes a guard. A square root that equals another node up to sign also adds a
 /// guard.
 pub(crate) fn merge(graph: &Graph, samples: &[Vec<f64>]) -> Merged {
@@ -81,14 +84,24 @@ pub(crate) fn merge(graph: &Graph, samples: &[Vec<f64>]) -> Merged {
             _ => None,
         };
         // Random choice of a branch, which is the same for conditions that have been merged.
-        let takes = |sample: usize, _: f64| match *op {
+        let takes = |sample: usize, condition: f64| match *op {
             Op::Select { of, .. } if goes_both_ways(of) => {
-                mixed(u64::from(new_of[of as usize]), sample as u64) & 1 == 0
+                condition != 0.0 && mixed(u64::from(new_of[of as usize]), sample as u64) & 1 == 0
             }
             Op::Select { of, .. } => is_positive(of),
             _ => false,
         };
         values.evaluate(*op, samples, takes, &mut own);
+        if let Op::Call(function @ (Function::Exp | Function::Ln), of, _) = *op
+            && merged.constant(new_of[of as usize]).is_none()
+        {
+            let kind = u64::from(function == Function::Exp) << 32;
+            let of = u64::from(new_of[of as usize]) | kind;
+            for (sample, x) in own.x.iter_mut().enumerate() {
+                *x = 0.25 + 0.5 * (mixed(of, sample as u64) as f64 / u64::MAX as f64);
+            }
+            own.error.fill(f64::EPSILON);
+        }
         if let Some(of) = square {
             // The root of a square is a magnitude, so a random sign distinguishes it from the
             // squared expression.
@@ -218,6 +231,25 @@ mod tests {
     use crate::recorded::record;
     use stiction_core::random::Random;
     use stiction_core::scalar::Scalar;
+
+    /// Checks that a term that vanishes within rounding at all samples, but not everywhere, is kept:
+    /// the Stribeck term, and the two forms `1/(1 + e)` and `1 - e`.
+    #[test]
+    fn exponentials_that_vanish_at_the_samples_are_kept() {
+        let (graph, nodes) = record(1, |inputs| {
+            let decay = (-inputs[0] * inputs[0]).exp();
+            let one = crate::recorded::Recorded::one();
+            let half = crate::recorded::Recorded::from_f64(0.5);
+            vec![half + half * decay, one / (one + decay), one - decay]
+        });
+        let samples: Vec<Vec<f64>> = (0..40).map(|k| vec![100.0 + f64::from(k)]).collect();
+        let Merged { graph: merged, new_of, .. } = merge(&graph, &samples);
+        let mut found: Vec<Node> = nodes.iter().map(|node| new_of[*node as usize]).collect();
+        assert!(found.iter().all(|node| merged.constant(*node).is_none()));
+        found.sort_unstable();
+        found.dedup();
+        assert_eq!(found.len(), 3);
+    }
 
     /// Checks that different values are not merged in a long recurrence, in which error bounds grow
     /// beyond the values although errors do not.

@@ -1,6 +1,7 @@
 //! Test vectors for generated source code, computed by the general solver.
 
 use super::TestVector;
+use crate::samples::extremes;
 use stiction_core::dynamics::{FrictionMode, InverseDynamics};
 use stiction_core::kinematics::Target;
 use stiction_core::random::Random;
@@ -13,6 +14,9 @@ const CLEAR: f64 = 0.05;
 /// Smallest sliding speed of a test state, as a fraction of the largest speed, because the sign of
 /// a speed near zero is uncertain. Interfaces that never slide are excepted, see [`NEVER`].
 const SLIDES: f64 = 1e-3;
+/// Smallest value for the largest rate of a test state, rad/s or m/s, because code in single
+/// precision takes lower rates for rest.
+const MOVES: f64 = 1e-5;
 /// Smallest value for the largest effort of a test state, as a fraction of the median of the
 /// largest efforts of all test states.
 const NOTABLE: f64 = 0.05;
@@ -47,10 +51,11 @@ impl TestVector {
             if found.len() == count {
                 break;
             }
+            let (speed, push) = if k % 4 == 3 { extremes(&mut random) } else { (1.0, 1.0) };
             let about = |target: &Target<f64>| Target {
                 value: target.value + width * random.number(),
-                rate: random.number(),
-                acceleration: 10.0 * random.number(),
+                rate: speed * random.number(),
+                acceleration: 10.0 * push * random.number(),
             };
             let targets: Vec<Target<f64>> = signal[k % signal.len()].iter().map(about).collect();
             found.extend(Self::at((&home, first), &targets, clear));
@@ -93,9 +98,12 @@ impl TestVector {
         let speeds = forces.interfaces.iter().map(|interface| interface.velocity.abs());
         let fastest = speeds.clone().fold(0.0, f64::max);
         let mut moving = speeds.map(|speed| speed / fastest);
+        // The generated code does not know the speed below which an interface rests.
+        let creeps = forces.interfaces.iter().any(|state| !state.slides && state.velocity != 0.0);
+        let moves = targets.iter().any(|target| target.rate.abs() >= MOVES);
         let slide = fastest == 0.0 || moving.all(|part| !(NEVER..=SLIDES).contains(&part));
         let of = |f: fn(&Target<f64>) -> f64| targets.iter().map(f).collect();
-        (is_clear && slide).then(|| Self {
+        (is_clear && moves && slide && !creeps).then(|| Self {
             positions: of(|target| target.value),
             rates: of(|target| target.rate),
             accelerations: of(|target| target.acceleration),

@@ -8,7 +8,7 @@ use crate::inverse_stages::InverseStages;
 use crate::program_inputs::InputLayout;
 use crate::quantity::Quantity;
 use crate::recording::RecordingSource;
-use crate::samples::samples;
+use crate::samples::{StateRange, seeded_samples};
 use crate::stages::early;
 use crate::tunable::Tunable;
 use stiction_core::dynamics::InverseDynamics;
@@ -50,7 +50,7 @@ impl Feedforward {
         let loads = loads_of(&tunables);
         let source = RecordingSource { model: &model, solver: &solver, loads: &loads };
         let layout = InputLayout::of_tree(&solver, &tunables);
-        let all = samples(&solver, &there_and_back(signal), &[])?;
+        let all = seeded_samples(1, StateRange::Wide, &solver, &there_and_back(signal), &[])?;
         let count = self.sizes.prescribed;
         let kinds: [fn(usize) -> Quantity; 3] =
             [Quantity::Value, Quantity::Rate, Quantity::Acceleration];

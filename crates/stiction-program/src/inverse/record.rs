@@ -12,7 +12,7 @@ use crate::program_inputs::InputLayout;
 use crate::quantity::Quantity;
 use crate::recording::{Counts, RecordingSource};
 use crate::run::{Runner, natural_lanes};
-use crate::samples::{Sample, samples, seeded_samples};
+use crate::samples::{Sample, StateRange, samples, seeded_samples};
 use crate::stages::{early, passed_on};
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics};
 use stiction_core::kinematics::Target;
@@ -76,7 +76,7 @@ impl InverseProgram {
         let recorded = source.record_inverse(&layout, &samples, quantities)?;
         let places = loads.iter().map(place_of).collect();
         let made = Self::compile(source.counts(0), &recorded, layout, places, machine)?;
-        let others = seeded_samples(9, solver, signal, loads)?;
+        let others = seeded_samples(9, StateRange::Usual, solver, signal, loads)?;
         if made.0.agrees_with(solver, &others) { Ok(made) } else { Err(RecordError::NotConfirmed) }
     }
 
@@ -89,7 +89,7 @@ impl InverseProgram {
         let length = solver.mechanism().characteristic_length();
         let mut memory = self.memory(1);
         let mut settled = [false];
-        samples.iter().all(|Sample { state, targets, loads }| {
+        samples.iter().all(|Sample { state, targets, loads, .. }| {
             self.set(&mut memory, 0, state, targets, loads);
             self.run(&mut memory, &mut settled);
             if !settled[0] || solver.move_to(targets).is_err() {

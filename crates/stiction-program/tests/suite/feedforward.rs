@@ -1,8 +1,9 @@
 //! Programs for control loops compared with the general solver, with the actuators' coordinates as
 //! inputs.
 
-use crate::common::{Loop, gallery_loop};
+use crate::common::{Loop, Robot, gallery_loop, model};
 use stiction_core::dynamics::{FrictionMode, InverseDynamics, Settings, Status};
+use stiction_core::kinematics::Target;
 use stiction_core::mechanism::{Body, BodyId};
 use stiction_core::spatial::{Mat3, Vec3};
 use stiction_program::emit::TestVector;
@@ -141,4 +142,110 @@ fn a_feedforward_program_tells_why_there_is_no_answer() {
     let ground = Tunable::Payload(BodyId(0));
     let refused = Feedforward::record(&robot.solver, &robot.signal, &[ground]).unwrap_err();
     assert_eq!(refused, RecordError::NoTunable(ground));
+}
+
+/// A slide, two hinges of which the second has a collar, and a screw that a guide prevents from
+/// turning, with `friction` at the joint in question.
+fn machine(kind: &str, friction: &str) -> Loop {
+    let body = |name: &str, com: f64| {
+        format!(
+            "[bodies.{name}]\nmass = \"10 kg\"\ncom = [\"{com} m\", 0, 0]\n\
+             inertia = [\"0.1 kg m^2\", \"0.2 kg m^2\", \"0.25 kg m^2\"]\n"
+        )
+    };
+    let parts = match kind {
+        "slide" => {
+            body("block", 0.0)
+                + "[joints.x]\ntype = \"P\"\nfrom = \"ground\"\nto = \"block\"\naxis = \"x\"\n\
+                   actuated = true\nfriction = "
+                + friction
+        }
+        "wrist" => {
+            body("arm", 0.2)
+                + &body("hand", 0.1)
+                + "[joints.x]\ntype = \"R\"\nfrom = \"ground\"\nto = \"arm\"\naxis = \"y\"\n\
+                   actuated = true\n\
+                   [joints.y]\ntype = \"R\"\nfrom = \"arm\"\nto = \"hand\"\nat = [\"0.4 m\", 0, 0]\n\
+                   axis = \"z\"\nactuated = true\nfriction = "
+                + friction
+        }
+        _ => {
+            body("spindle", 0.0)
+                + &body("nut", 0.01)
+                + "[joints.x]\ntype = \"R\"\nfrom = \"ground\"\nto = \"spindle\"\naxis = \"z\"\n\
+                   actuated = true\n\
+                   [joints.guide]\ntype = \"P\"\nfrom = \"ground\"\nto = \"nut\"\naxis = \"z\"\n\
+                   at = [\"0.2 m\", 0, 0]\nto_at = [\"0.2 m\", 0, 0]\n\
+                   friction = { mu = 0.05, bending_span = \"0.1 m\" }\n\
+                   [joints.screw]\ntype = \"H\"\nfrom = \"spindle\"\nto = \"nut\"\naxis = \"z\"\n\
+                   pitch = \"10 mm/rev\"\nfriction = "
+                + friction
+        }
+    };
+    let unit = if kind == "slide" { "m" } else { "rad" };
+    let second = if kind == "wrist" { "y = \"0.3 rad*t\"\n" } else { "" };
+    let text = format!(
+        "gravity = [0, 0, \"-9.81 m/s^2\"]\n{parts}\n[motions.m]\nduration = \"1 s\"\n\
+         x = \"0.1 {unit}*t\"\n{second}[loads.none]\n[default]\nmotion = \"m\"\nload = \"none\"\n"
+    );
+    Loop::of(Robot::of(&model(kind, &text), None)).unwrap()
+}
+
+/// Programs contain all branches and terms of the friction laws and of the normal loads, also those
+/// that act only at speeds and accelerations far from usual ones: Stribeck terms and regularisation
+/// at creeping speeds, all intervals of tables, axial forces of both signs, and bearings without
+/// radial force.
+#[test]
+fn programs_hold_at_all_speeds_and_accelerations() {
+    for (kind, friction) in [
+        ("slide", "{ mu = 0.1, mu_static = 0.2, stribeck_velocity = \"0.3 mm/s\" }"),
+        (
+            "slide",
+            "{ mu = 0.1, mu_static = 0.2, stribeck_velocity = \"1 mm/s\", stribeck_exponent = 0.7 }",
+        ),
+        ("slide", "{ mu = 0.1, regularised = \"tanh\", regularisation_velocity = \"1 mm/s\" }"),
+        ("slide", "{ table = [[0, 0.2], [0.001, 0.1], [0.05, 0.15], [20, 0.1]] }"),
+        ("wrist", "{ mu = 0.1, radius = \"10 mm\", collar_radius = \"20 mm\" }"),
+        ("screw", "{ mu = 0.1, radius = \"10 mm\", flank_angle = \"15 deg\" }"),
+        (
+            "screw",
+            "{ table = [[0, 0.2], [0.001, 0.1], [1, 0.05]], radius = \"10 mm\", flank_angle = \"15 deg\" }",
+        ),
+    ] {
+        let robot = machine(kind, friction);
+        let program = record(&robot, &[]);
+        let mut memory = program.memory();
+        let mut solver = robot.solver.clone();
+        solver.settings_mut().friction = FrictionMode::Converged;
+        for rate in [1e-5, 4e-5, 1.6e-4, 3e-3, 0.02, 0.3, 40.0] {
+            for acceleration in [-2e3, -60.0, -9.0, -0.1, 0.0, 0.5, 70.0, 1e4] {
+                for direction in [-1.0, 1.0] {
+                    let mut targets = robot.signal[1].clone();
+                    for (k, target) in targets.iter_mut().enumerate() {
+                        let other = if k == 0 { 1.0 } else { -0.7 };
+                        target.rate = direction * rate * other;
+                        target.acceleration = acceleration;
+                    }
+                    solver.move_to(&targets).unwrap();
+                    let forces = solver.solve(&[]);
+                    let of = |f: fn(&Target<f64>) -> f64| targets.iter().map(f).collect::<Vec<_>>();
+                    let (q, v, a) = (of(|t| t.value), of(|t| t.rate), of(|t| t.acceleration));
+                    let outcome = program.run(&mut memory, &q, &v, &a);
+                    let at = format!("{kind} {friction}: {v:?} {a:?}");
+                    let Ok(forces) = forces else {
+                        assert_eq!(outcome.shortfall, Some(Shortfall::Friction), "{at}");
+                        continue;
+                    };
+                    let reactions = forces.reactions.iter().map(|(force, _)| force.norm());
+                    let largest = reactions.fold(1e-9, f64::max);
+                    for (k, effort) in forces.efforts.iter().enumerate() {
+                        let found = program.drive(&memory, k);
+                        let apart = (found - effort).abs() / largest;
+                        assert!(outcome.shortfall.is_none(), "{at}: {outcome:?}");
+                        assert!(apart < 1e-10, "{at}: {found} {effort}");
+                    }
+                }
+            }
+        }
+    }
 }
