@@ -91,9 +91,13 @@ impl ByLeg {
     /// Converts the curves to panels for plotting; `unit` is the unit of the plotted values.
     pub(crate) fn panels(self, names: &Names, unit: &str) -> Vec<Panel> {
         let panel = |(panel, name): (usize, &String)| {
-            let mut own = self.panel_of_interface.iter().zip(&names.rotates);
-            let rotates = own.any(|(at, rotates)| *at == panel && *rotates);
-            let unit = if rotates { format!("{unit}, {unit} m") } else { unit.to_owned() };
+            let own = self.panel_of_interface.iter().zip(&names.rotates);
+            let mut own = own.filter(|(at, _)| **at == panel).map(|(_, rotates)| *rotates);
+            let unit = match (own.clone().any(|rotates| !rotates), own.any(|rotates| rotates)) {
+                (_, false) => unit.to_owned(),
+                (false, true) => format!("{unit} m"),
+                (true, true) => format!("{unit}, {unit} m"),
+            };
             Panel { y_label: format!("{name} [{unit}]"), ..Panel::default() }
         };
         let mut panels: Vec<Panel> = self.panel_names.iter().enumerate().map(panel).collect();

@@ -1,7 +1,7 @@
 //! Friction and damping of a joint as `<dynamics>` of URDF and SDF: viscous damping, and friction that depends neither on
 //! the load nor on the speed.
 
-use super::mjcf::friction::{damping, is_damping_alone};
+use super::damping::{damping, is_damping_alone};
 use stiction_core::friction::{Curve, JointFriction};
 use stiction_core::joint::JointType;
 use stiction_core::mechanism::{Joint, Mechanism};

@@ -1,5 +1,6 @@
 //! Export of an assembled mechanism to formats of other programs.
 
+mod damping;
 mod dynamics;
 mod extension;
 mod json;

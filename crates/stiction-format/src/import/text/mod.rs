@@ -181,9 +181,9 @@ fn entries(out: &mut String, table: &toml::Table) {
 }
 
 /// Formats the key of a table, with quotes where TOML requires them.
-fn key(name: &str) -> String {
+pub(crate) fn key(name: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-    if name.chars().all(plain) { name.to_owned() } else { text(name) }
+    if !name.is_empty() && name.chars().all(plain) { name.to_owned() } else { text(name) }
 }
 
 /// Formats a key of a motion; a name with dots is quoted as a whole.

@@ -3,6 +3,7 @@
 use super::{LogRole, Meaning, Reader, Renamed};
 use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean, quoted};
 use crate::expression::{Dimension, Measure, unit_of};
+use crate::import::key;
 use crate::pattern::fits;
 use crate::read::path::{Orders, coordinate, resolve};
 use crate::read::time_column::time_hint;
@@ -25,12 +26,6 @@ fn is_result(label: &str) -> bool {
     ends.iter().any(|end| label.ends_with(end))
         || ["closure", "power.residual"].contains(&label)
         || label.starts_with("distance.")
-}
-
-/// Writes a name as a key of a TOML table.
-fn key(name: &str) -> String {
-    let is_bare = name.chars().all(|c| c.is_ascii_alphanumeric() || "-_".contains(c));
-    if is_bare && !name.is_empty() { name.to_owned() } else { format!("{name:?}") }
 }
 
 impl Reader<'_> {

@@ -4,7 +4,6 @@
 mod between;
 mod contents;
 mod equalities;
-pub(super) mod friction;
 mod inertia;
 mod notes;
 mod parts;

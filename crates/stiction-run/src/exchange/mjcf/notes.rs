@@ -1,7 +1,8 @@
 //! Notes on properties that an MJCF file cannot express.
 
+use super::inertia;
 use super::tree::Tree;
-use super::{friction, inertia};
+use crate::exchange::damping;
 use stiction_core::mechanism::{DriveTrain, GearedDof, Gearing, Mechanism};
 
 /// Returns notes on properties that the MJCF file omits or changes, one per entry.
@@ -11,7 +12,7 @@ pub(super) fn notes(mechanism: &Mechanism, tree: &Tree) -> Vec<String> {
     for (index, joint) in mechanism.joints().iter().enumerate() {
         let has_steps = tree.parts.iter().any(|part| part.joint == index);
         all += joint.friction.len();
-        let carried = |interface: &&_| friction::is_damping_alone(interface, has_steps);
+        let carried = |interface: &&_| damping::is_damping_alone(interface, has_steps);
         left_out += joint.friction.len() - joint.friction.iter().filter(carried).count();
     }
     if left_out > 0 {

@@ -1,12 +1,12 @@
 //! Writer of an MJCF file, with the functions for the beginning of the file and for its bodies.
 
+use super::inertia;
 use super::parts::{NamedPart, NamedStep, named};
 use super::sites::Sites;
 use super::steps::Kind;
 use super::tree::Tree;
-use super::{friction, inertia};
-use crate::exchange::Home;
 use crate::exchange::xml::{Xml, numbers};
+use crate::exchange::{Home, damping};
 use stiction_core::mechanism::{BodyId, GROUND_NAME, Joint};
 use stiction_core::spatial::{Pose, Quaternion};
 
@@ -134,7 +134,7 @@ impl<'a> Writer<'a> {
         if let Some(name) = free {
             self.xml.empty("freejoint", &[("name", name.clone())]);
         }
-        let damping = friction::damping(joint);
+        let damping = damping::damping(joint);
         for NamedStep { step, name } in steps {
             let kind = match step.kind {
                 Kind::Hinge => "hinge",

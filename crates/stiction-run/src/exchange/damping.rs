@@ -1,11 +1,11 @@
-//! Part of the joint friction that MJCF can express: viscous damping that does not depend on the
-//! load.
+//! Part of the joint friction that MJCF and SDF can express: viscous damping that does not depend on
+//! the load.
 
 use stiction_core::friction::{Curve, InterfaceShape, JointFriction, Law, Thread, interfaces_of};
 use stiction_core::mechanism::Joint;
 
 /// Returns the damping coefficient of each degree of freedom of a joint, N s/m or N m s.
-pub(in crate::exchange) fn damping(joint: &Joint) -> Vec<f64> {
+pub(super) fn damping(joint: &Joint) -> Vec<f64> {
     let mut damping = vec![0.0; joint.joint_type.dofs().len()];
     for interface in &joint.friction {
         let Some(viscous) = viscous(interface) else { continue };
@@ -39,10 +39,7 @@ fn viscous(interface: &JointFriction) -> Option<f64> {
 
 /// Returns true if MJCF damping describes the friction of an interface completely. `can_be_damped`
 /// is true if the file has an MJCF joint for the joint of the interface.
-pub(in crate::exchange) fn is_damping_alone(
-    interface: &JointFriction,
-    can_be_damped: bool,
-) -> bool {
+pub(super) fn is_damping_alone(interface: &JointFriction, can_be_damped: bool) -> bool {
     let laws = [Some(&interface.law), interface.backward.as_ref()];
     viscous(interface).is_some_and(|viscous| can_be_damped || viscous == 0.0)
         && laws.into_iter().flatten().all(has_no_coefficient)
