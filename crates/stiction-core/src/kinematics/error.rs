@@ -25,8 +25,9 @@ pub enum AssemblyError {
     /// they determine elsewhere. Such a configuration is singular; branches of motion may meet
     /// there.
     #[error(
-        "the prescribed coordinates do not determine the motion at this position: {} (a singular \
+        "the prescribed coordinates do not determine the motion at this position{}{} (a singular \
          position; prescribe other coordinates, or avoid this position)",
+        if open.is_empty() { "" } else { ": " },
         list(open)
     )]
     Undetermined {

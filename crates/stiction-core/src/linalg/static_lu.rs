@@ -190,6 +190,20 @@ impl StaticLu {
         self.steps.iter().map(|step| step.pivot as usize)
     }
 
+    /// Returns the smallest magnitude of the pivots in the factors `values`, each multiplied by
+    /// `scale`, a function of row and column.
+    pub(crate) fn smallest_pivot(
+        &self,
+        values: &[f64],
+        scale: impl Fn(usize, usize) -> f64,
+    ) -> f64 {
+        let pivots = self.steps.iter().map(|step| {
+            let reciprocal = values[step.pivot as usize];
+            scale(step.row as usize, step.column as usize) / reciprocal.abs()
+        });
+        pivots.fold(f64::INFINITY, f64::min)
+    }
+
     /// Solves the equations with the factors `values` and writes the result to `solution` (one
     /// value for each column). Overwrites the right-hand side `right` (one value for each row).
     pub(crate) fn solve<T: Scalar>(&self, values: &[T], right: &mut [T], solution: &mut [T]) {

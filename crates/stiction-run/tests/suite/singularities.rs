@@ -3,8 +3,8 @@
 
 use crate::common::*;
 use stiction_core::dynamics::FrictionMode;
-use stiction_run::Job;
 use stiction_run::check::{Findings, Kind, examine};
+use stiction_run::{Follower, Job};
 
 fn found(job: &Job<'_>) -> Findings {
     examine(job, |_, _, _| true).unwrap()
@@ -43,10 +43,8 @@ fn dead_centres_are_located_between_samples() {
     assert!(found.passed.iter().zip(crossings).all(|((a, b), (t, _))| a < t && t < b));
 }
 
-/// Tests a parallelogram that passes its flat position: a constraint singularity, at which another
-/// motion branch begins.
-#[test]
-fn a_flat_parallelogram_is_located() {
+/// Parallelogram of rods in the horizontal plane, whose crank starts at 60 deg.
+fn parallelogram(motion: &str) -> stiction_format::ModelFile {
     let bar = |name: &str, length: f64| {
         format!(
             "[bodies.{name}]\nmass = 1\ncom = [{}, 0, 0]\ninertia = [0, 0.1, 0.1]\n",
@@ -66,9 +64,16 @@ fn a_flat_parallelogram_is_located() {
         joint("B", "crank", "coupler", 1.0, 0.0, -60.0),
         joint("C", "coupler", "rocker", 1.2, 1.0, 60.0),
         joint("D", "ground", "rocker", 1.2, 0.0, 60.0),
-        "[motions.over]\nA = \"60 deg - 79 deg*t\"\n[loads.none]\n".to_owned(),
+        format!("[motions.over]\nA = \"{motion}\"\n[loads.none]\n"),
     ];
-    let model = model_of("parallelogram", &text.concat());
+    model_of("parallelogram", &text.concat())
+}
+
+/// Tests a parallelogram that passes its flat position: a constraint singularity, at which another
+/// motion branch begins.
+#[test]
+fn a_flat_parallelogram_is_located() {
+    let model = parallelogram("60 deg - 79 deg*t");
     let found = found(&job(&model, "over", "none", FrictionMode::Off));
     for nearness in [&found.actuation, &found.constraint] {
         let times: Vec<f64> = nearness.crossings.iter().map(|(time, _)| *time).collect();
@@ -76,6 +81,59 @@ fn a_flat_parallelogram_is_located() {
         assert!((times[0] - 60.0 / 79.0).abs() < 1e-6, "{times:?}");
     }
     assert_eq!(found.everywhere(Kind::Constraint), Some(false));
+}
+
+/// Tests samples at the flat positions of a parallelogram, where the equations do not determine the
+/// rates: the motion continues on its branch, on which the coupler translates. Any tension in the
+/// line of all rods is possible there; the least is reported, with which the rods from the ground
+/// carry half of the coupler each.
+#[test]
+fn a_parallelogram_passes_samples_at_its_flat_positions() {
+    let model = parallelogram("60 deg - 240 deg*t");
+    let omega = 240_f64.to_radians();
+    for step in [0.001, 0.01, 0.05, 0.25] {
+        let job = Job { step: Some(step), ..job(&model, "over", "none", FrictionMode::Off) };
+        let mut flat = 0;
+        let check = |sample: &stiction_run::inverse::Sample| {
+            if sample.distances.constraint < 1e-8 {
+                flat += 1;
+                // Centripetal forces of the coupler, and of half a metre of crank and rocker.
+                let forces = [1.0, 0.5, 0.5, 1.0].map(|radius| radius * omega * omega);
+                for ((force, _), expected) in sample.forces.reactions.iter().zip(forces) {
+                    let force = force.norm();
+                    assert!((force / expected - 1.0).abs() < 1e-6, "{step}: {force} {expected}");
+                }
+            }
+            Ok(())
+        };
+        job.run(check, |_, _, _| true).unwrap_or_else(|error| panic!("{step}: {error}"));
+        assert_eq!(flat, 2, "{step}");
+    }
+}
+
+/// Tests rates and accelerations at a flat position of a parallelogram, where they follow from those
+/// before: its crank and its rocker move alike, also if the motion accelerates or comes to rest
+/// there.
+#[test]
+fn a_parallelogram_moves_steadily_through_its_flat_positions() {
+    for motion in ["60 deg - 240 deg*t", "60 deg - 60 deg*t - 2880 deg*t^3", "60 deg*(1 - 4*t)^2"] {
+        for step in [1e-3, 1e-2, 0.05, 0.25] {
+            let model = parallelogram(motion);
+            let mut follower = Follower::new(&model, &model.motions[0].1, 0.0).unwrap();
+            let count = (0.5_f64 / step).round() as usize;
+            for sample in 1..=count {
+                let time = sample as f64 * step;
+                follower.go_to(time).unwrap_or_else(|error| panic!("{motion} {step}: {error}"));
+                let bodies = follower.solver.bodies();
+                let [crank, coupler, rocker] = [1, 2, 3].map(|body| bodies.twist[body].angular.z);
+                let size = crank.abs().max(4.0);
+                let off = (crank - rocker).abs().max(coupler.abs()) / size;
+                let [a, b, c] = [1, 2, 3].map(|body| bodies.acceleration[body].angular.z);
+                let bent = (a - c).abs().max(b.abs()) / (size * size);
+                assert!(off < 1e-8 && bent < 1e-5, "{motion} {step} {time}: {off:e} {bent:e}");
+            }
+        }
+    }
 }
 
 /// Tests the robot as printed, whose roll is blocked at second order only, by `sqrt(3)/2 k roll^2`.

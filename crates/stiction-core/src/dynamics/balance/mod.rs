@@ -317,6 +317,12 @@ impl Balance<f64> {
         self.rows.copy_from_slice(&bodies.screws);
     }
 
+    /// Returns the smallest magnitude of the pivots of the last factorisation; their units are powers
+    /// of the metre. Does not allocate.
+    pub(super) fn smallest_pivot(&self, program: &StaticLu) -> f64 {
+        program.smallest_pivot(&self.factors, |_, _| 1.0)
+    }
+
     /// Returns the matrix entries computed by [`Self::assemble`].
     pub(super) fn into_entries(self) -> Vec<f64> {
         self.entries

@@ -318,6 +318,12 @@ impl<T: Scalar> Inverse<T> {
 }
 
 impl Inverse<f64> {
+    /// Returns the smallest magnitude of the pivots of the last factorisation of the balance; their
+    /// units are powers of the metre.
+    pub(super) fn smallest_pivot(&self, model: &Model) -> f64 {
+        self.balance.smallest_pivot(&model.balance.program)
+    }
+
     /// Reads the solution without friction that [`Self::write_frictionless`] puts from the results
     /// of a program, and computes the sliding velocities. The matrix of the balance is not
     /// computed.

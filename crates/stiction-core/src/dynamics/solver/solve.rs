@@ -20,6 +20,10 @@ use crate::mechanism::Mechanism;
 use crate::parameters::{InterfaceParameters, Parameters};
 use crate::statics::{AppliedLoad, InfeasibleLoad};
 
+/// A configuration counts as singular only if a pivot of the balance is below this value, in units
+/// of the characteristic length.
+const SUSPICIOUS_PIVOT: f64 = 1e-8;
+
 impl InverseDynamics {
     /// Computes all forces at the present configuration under external loads.
     ///
@@ -33,7 +37,9 @@ impl InverseDynamics {
         self.check_loads(loads)?;
         self.check_springs()?;
         self.check_overlaps()?;
-        let mut balanced = self.by_program(loads) || self.by_kernel(loads);
+        // A program computes no pivots, and its solutions are unique.
+        let by_program = self.by_program(loads);
+        let mut balanced = by_program || self.by_kernel(loads);
         if !balanced {
             // The elimination order may be unsuited to this configuration, so the model is compiled
             // here.
@@ -44,8 +50,14 @@ impl InverseDynamics {
             }
         }
         match self.finish(loads, balanced) {
-            Ok(()) if self.forces.imbalance(self.parameters.length) <= BALANCED => Ok(&self.forces),
-            Err(locked @ InverseError::Locked { .. }) => Err(locked),
+            // At a singular configuration, the kernel solves with pivots that are round-off.
+            Ok(())
+                if self.forces.imbalance(self.parameters.length) <= BALANCED
+                    && (by_program || !self.is_singular()) =>
+            {
+                Ok(&self.forces)
+            }
+            Err(locked @ InverseError::Locked { .. }) if !self.is_singular() => Err(locked),
             _ => self.solve_dense(loads),
         }
     }
@@ -85,6 +97,16 @@ impl InverseDynamics {
                 Err(InverseError::NoOverlap { joint, beyond })
             }
         }
+    }
+
+    /// Returns true if the forces of the last solution by the kernel are not unique because the
+    /// configuration is singular. Decomposes matrices only if a pivot is small.
+    fn is_singular(&self) -> bool {
+        let Ok(Compiled { model, inverse }) = &self.compiled else { return false };
+        let length = self.parameters.length;
+        let suspicious = SUSPICIOUS_PIVOT * length.min(1.0 / length).min(1.0);
+        let is_regular = inverse.smallest_pivot(model) >= suspicious;
+        !is_regular && self.statics().open_motions() > self.constraints().spins().len()
     }
 
     /// Returns true if the balance is satisfied without friction; only then can friction be the

@@ -1,8 +1,8 @@
 //! Passive spins without inertia: rotations of a single body about an axis without moment of
 //! inertia, for example of a rod between two balls. The rate of a passive spin stays constant, and
-//! the joints cannot transmit a moment about its axis. A body without mass that a single joint
-//! connects has no passive spin: its inertia is missing altogether, as that of a pendulum without
-//! mass.
+//! the joints cannot transmit a moment about its axis. A body without mass and inertia that a
+//! single joint connects has no passive spin, because its inertia is missing altogether, as that of
+//! a pendulum without mass.
 
 use super::{Balance, Massless};
 use crate::forward::Forward;
@@ -104,7 +104,8 @@ impl Balance {
 pub(super) fn is_passive_spin(model: &Forward, data: &Data, rates: &[f64]) -> bool {
     let (body, alone) = fastest_body(model, data, rates);
     let joints = model.topology.ends.iter().filter(|(a, b)| *a == body || *b == body).count();
-    alone && (joints > 1 || model.parameters.mass[body] > 0.0)
+    let (mass, inertia) = (model.parameters.mass[body], model.parameters.inertia[body]);
+    alone && (joints > 1 || mass > 0.0 || inertia.trace() > 0.0)
 }
 
 /// Returns the index of the fastest body for given rates of the spanning tree, and true if this

@@ -173,7 +173,8 @@ impl Simulation<'_> {
         // The locks that then stop the mechanism dissipate its energy.
         let fastest =
             self.change(from, &State { rates: vec![0.0; from.rates.len()], ..from.clone() });
-        time_step.is_impulsive |= self.change(&time_step.state, &state) > JUMP * fastest;
+        let stops = fastest > 0.0 && self.change(&time_step.state, &state) > JUMP * fastest;
+        time_step.is_impulsive |= stops;
         Ok(StepResult { time_step, state, anchors, frozen })
     }
 
@@ -328,7 +329,7 @@ impl Simulation<'_> {
             }
             let (mut first, mut second) = (first, second);
             if located || is_last_resort {
-                self.jumps = (self.jumps_left(time) - 1.0, time);
+                self.jumps = ((self.jumps_left(time) - 1.0).max(0.0), time);
                 self.record_jump(&second.time_step, &second.state, time, all);
             }
             let is_impulsive = first.time_step.is_impulsive || second.time_step.is_impulsive;
@@ -343,6 +344,9 @@ impl Simulation<'_> {
             let rest = before_stop.filter(|(length, _)| *length == step);
             let next = rest.map_or(next, |(_, rest)| next.max(rest));
             stepping.step = if shortened { next.max(stepping.step) } else { next };
+            if step >= super::LEAST_PROGRESS * self.settings.longest_step {
+                self.unsolved_steps = 0;
+            }
             let before = self.modes.clone();
             self.add(&first.time_step.work);
             self.settle(to, second, inputs);

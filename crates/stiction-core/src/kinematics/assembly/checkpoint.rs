@@ -44,6 +44,9 @@ impl Assembly {
         // differ from the solution of the equations.
         self.state.rates.copy_from_slice(rates);
         self.state.accelerations.copy_from_slice(accelerations);
+        let Self { kinematics, model, state, .. } = self;
+        kinematics.move_with(&model.topology, state);
+        kinematics.factor_here(model, parameters);
         Some(rest)
     }
 

@@ -20,7 +20,8 @@ const LONG: f64 = 1.0 / 16.0;
 
 impl Assembly {
     /// Moves along a motion from time `from` (the current configuration) to `to`, s, within the
-    /// same assembly mode. `motion` writes the targets at a given time.
+    /// same assembly mode. `motion` writes the targets at a given time. At an instant at which the
+    /// rates are not determined, they are continued from earlier instants.
     ///
     /// # Errors
     /// See [`AssemblyError`], which includes a jump that persists at the smallest step. After an
@@ -36,10 +37,34 @@ impl Assembly {
         if !(to - from).is_finite() {
             return Err(AssemblyError::NoTime { from, to });
         }
+        self.start.clone_from(&self.state);
+        let mut now = from;
+        let span = (from, to);
+        while let Err(stop) = self.follow_regular(parameters, (now, to), &mut motion) {
+            now = stop.next;
+            if !self.continue_to(parameters, span, stop.next, &mut motion) {
+                // An unreachable end of the motion explains the failure best.
+                return Err(self.out_of_reach(parameters, to, &mut motion).unwrap_or(stop.error));
+            }
+        }
+        if self.is_singular(parameters) && !self.rests() {
+            // The rates solve the equations, but others do too.
+            self.continue_to(parameters, span, to, &mut motion);
+        }
+        Ok(())
+    }
+
+    /// Moves along a motion from the time `from` to `to`, s, by configurations at which loops and
+    /// prescribed coordinates determine the rates.
+    pub(super) fn follow_regular(
+        &mut self,
+        parameters: &Parameters<f64>,
+        (from, to): (f64, f64),
+        motion: &mut impl FnMut(f64, &mut [Target<f64>]),
+    ) -> Result<(), Stop> {
         let (mut now, mut step) = (from, to - from);
         let smallest = step * 0.5_f64.powi(HALVINGS as i32);
-        // Of several errors, the one that explains the failure best is returned: an unreachable end
-        // of the motion, otherwise a singular configuration, otherwise a jump.
+        // Of several errors, a singular configuration explains the failure better than a jump.
         let mut singular = None;
         self.passed.copy_from_slice(&self.targets);
         while now != to {
@@ -69,8 +94,9 @@ impl Assembly {
                 }
                 // Far from time zero, half a step may vanish by rounding; stop halving then.
                 Err(error) if (0.5 * step).abs() < smallest.abs() || now + 0.5 * step == now => {
-                    let out_of_reach = self.out_of_reach(parameters, to, motion);
-                    return Err(out_of_reach.or(singular).unwrap_or(error));
+                    self.state.clone_from(&self.before);
+                    let error = singular.unwrap_or(error);
+                    return Err(Stop { next, error });
                 }
                 Err(error) => {
                     if matches!(error, AssemblyError::Undetermined { .. }) {
@@ -91,7 +117,7 @@ impl Assembly {
         &mut self,
         parameters: &Parameters<f64>,
         to: f64,
-        mut motion: impl FnMut(f64, &mut [Target<f64>]),
+        motion: &mut impl FnMut(f64, &mut [Target<f64>]),
     ) -> Option<AssemblyError> {
         self.state.clone_from(&self.before);
         let mut targets = core::mem::take(&mut self.targets);
@@ -120,8 +146,10 @@ impl Assembly {
         }
         self.passed.copy_from_slice(&self.targets);
         self.targets.copy_from_slice(targets);
-        let arrived = self.step_smoothly(parameters, step, false).is_ok();
+        let arrived = self.step_smoothly(parameters, step, false).is_ok()
+            && (!self.is_singular(parameters) || self.rests());
         if !arrived {
+            self.extrapolation.forget();
             self.state.clone_from(&self.before);
             self.targets.copy_from_slice(&self.passed);
             self.differentiate(parameters);
@@ -132,7 +160,7 @@ impl Assembly {
     /// Takes one step of the duration `step`, s, along a motion. Fails if the bodies do not move as
     /// their velocities predict. If Newton's method does not converge and `may_search` is set,
     /// searches by damped least squares.
-    fn step_smoothly(
+    pub(super) fn step_smoothly(
         &mut self,
         parameters: &Parameters<f64>,
         step: f64,
@@ -258,6 +286,13 @@ impl Assembly {
         let (_, _, range) = farthest(&self.trial, &other, parameters.length);
         missed <= 0.6 * range + 1e-6
     }
+}
+
+/// End of a motion before an instant that no step reaches.
+pub(super) struct Stop {
+    /// Time that the smallest step does not reach, s.
+    pub(super) next: f64,
+    pub(super) error: AssemblyError,
 }
 
 /// Converts an error at an intermediate configuration: attributes undetermined motions to that

@@ -17,6 +17,7 @@ mod program;
 mod reference;
 mod report;
 mod search;
+mod singular_instant;
 mod ties;
 mod twin;
 
@@ -59,6 +60,8 @@ pub(crate) struct Assembly {
     before: State<f64>,
     /// State before [`Self::before`]; updated only if extrapolation is active.
     before_last: State<f64>,
+    /// State at the beginning of the last motion that was followed.
+    start: State<f64>,
     /// Last state with finite coordinates in the iterations of Newton's method.
     sound: State<f64>,
     predicted: State<f64>,
@@ -141,6 +144,7 @@ impl Assembly {
             kinematics,
             before: state.clone(),
             before_last: state.clone(),
+            start: state.clone(),
             sound: state.clone(),
             predicted: state.clone(),
             state,
@@ -233,7 +237,12 @@ impl Assembly {
     pub(crate) fn reverse(&mut self, parameters: &Parameters<f64>) {
         self.extrapolation.forget();
         self.targets.iter_mut().for_each(|target| target.rate = -target.rate);
-        self.differentiate(parameters);
+        // The equations do not determine the rates at a singular configuration.
+        self.state.rates.iter_mut().for_each(|rate| *rate = -*rate);
+        self.place(parameters);
+        let Self { kinematics, model, state, .. } = self;
+        kinematics.move_with(&model.topology, state);
+        kinematics.factor_here(model, parameters);
     }
 
     /// Moves to new targets near the present ones by Newton's method from the present

@@ -1,6 +1,7 @@
 //! Matrix of the system with its scale factors, and its elimination order.
 
 use super::Kinematics;
+use crate::kinematics::model::KinematicModel;
 use crate::kinematics::motion_constraints::MotionConstraints;
 use crate::linalg::{Entry, Plan, RankDeficient, Scales, SparseMatrix};
 use crate::topology::Topology;
@@ -34,6 +35,21 @@ impl Kinematics<f64> {
         let scales = Scales { rows: &rows, columns: &columns };
         let (count, dofs) = (motion_constraints.row_count(), topology.dofs());
         Plan::new(count, dofs, motion_constraints.entries(), &self.entries, scales)
+    }
+
+    /// Returns the smallest magnitude of the pivots of the last factorisation, with rows multiplied by
+    /// `rows` and columns by [`column_scales`]. `None` if the factors belong to another
+    /// configuration. Does not allocate.
+    pub(in crate::kinematics) fn smallest_pivot(
+        &self,
+        model: &KinematicModel,
+        rows: &[f64],
+        length: f64,
+    ) -> Option<f64> {
+        let topology = model.topology();
+        let translates = |column: usize| topology.tree_dof_translates(&topology.tree_dofs[column]);
+        let scale = |row: usize, column| rows[row] * if translates(column) { length } else { 1.0 };
+        self.is_factored.then(|| model.rates.smallest_pivot(&self.factors, scale))
     }
 
     /// Returns the matrix of the system, with rows and columns multiplied by the scale factors
