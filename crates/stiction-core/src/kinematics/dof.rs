@@ -8,12 +8,19 @@ use crate::mechanism::BodyId;
 use crate::parameters::Parameters;
 use crate::spatial::{Twist, Vec3, describe_motion};
 use crate::topology::{Actuator, Link, Topology};
+use crate::words::significant;
 use nalgebra::{DMatrix, DVector};
 
 /// Singular values below this fraction of the largest one (or of 1, if that is greater) count as
 /// zero. If a motion is blocked at second order only, configurations and singular values are
 /// accurate to the square root of round-off, 1e-8.
 const OPEN: f64 = 1e-6;
+
+/// In motions of unit norm, components below this value count as zero.
+const SPINS: f64 = 1e-4;
+/// Distance of a centre of mass from an axis, in characteristic lengths, below which the body was
+/// probably meant to spin about the axis freely.
+const CLOSE: f64 = 0.02;
 
 /// Undetermined motions at a configuration.
 pub(super) enum OpenMotion {
@@ -112,8 +119,7 @@ fn idle_spins(
     twists: &[Vec<Twist<f64>>],
 ) -> Option<Vec<Spin>> {
     let length = parameters.length;
-    // In motions of unit norm, components below this value count as zero.
-    let small = 1e-4;
+    let small = SPINS;
     for actuator in &topology.actuators {
         let dof = &topology.joint_types[actuator.joint].dofs()[actuator.dof];
         let size = if dof.translates() { length } else { 1.0 };
@@ -179,6 +185,28 @@ fn in_words(
     // Convert the twist from the reference point to the origin of the world frame.
     let in_world = twist.about(-parameters.origin);
     let largest = twist.angular.norm() * parameters.length + twist.linear.norm();
-    let motion = describe_motion(in_world * (1.0 / largest), parameters.length);
+    let mut motion = describe_motion(in_world * (1.0 / largest), parameters.length);
+    if let Some(off) = almost_central(parameters, bodies, body, twist) {
+        motion += &format!(
+            "; its centre of mass is {} mm off this axis: on the axis, the rotation would not matter",
+            significant(off * 1e3, 2)
+        );
+    }
     OpenTwist { body, motion }
+}
+
+/// Returns the distance of the centre of mass of a body from the axis of its rotation `twist`, m, if
+/// the body rotates about an axis that passes close to it.
+fn almost_central(
+    parameters: &Parameters<f64>,
+    bodies: &Bodies<f64>,
+    body: usize,
+    twist: Twist<f64>,
+) -> Option<f64> {
+    let spin = twist.angular.norm();
+    let com = twist.velocity_at(bodies.pose[body].apply(parameters.com[body]));
+    let along = twist.angular.dot(com).abs();
+    let off = com.norm() / spin;
+    let is_rotation = spin > 0.0 && along <= SPINS * spin * com.norm();
+    (is_rotation && off > 0.0 && off <= CLOSE * parameters.length).then_some(off)
 }

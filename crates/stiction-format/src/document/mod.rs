@@ -20,6 +20,15 @@ const MOST_BYTES: usize = 2 << 20;
 /// Maximum nesting depth; valid model files have five levels.
 const MOST_LEVELS: usize = 32;
 
+/// Formats the key of a table, with quotes where TOML requires them.
+pub(crate) fn written_key(name: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+    match !name.is_empty() && name.chars().all(plain) {
+        true => name.to_owned(),
+        false => toml::Value::from(name).to_string(),
+    }
+}
+
 /// Document tree of a text. Parts of the text with syntax errors are missing in the tree.
 #[derive(Clone, Debug)]
 pub(crate) struct Document {

@@ -32,7 +32,6 @@ mod yaml;
 
 pub use context::{FileLoader, Note};
 pub use extension::NAMESPACE;
-pub(crate) use text::key;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, quoted};
 use crate::model_file::ModelFile;

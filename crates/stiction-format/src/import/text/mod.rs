@@ -13,6 +13,7 @@ use super::context::{Context, Note};
 use super::description::{Body, Description, GROUND, Joint, VisualMesh};
 use super::extension::joint_names;
 use super::legs::Group;
+use crate::document::written_key as key;
 use crate::source::Place;
 use numbers::{guess, inertia, lengths, quantity};
 use std::collections::HashSet;
@@ -178,12 +179,6 @@ fn entries(out: &mut String, table: &toml::Table) {
     for (name, value) in table {
         let _ = writeln!(out, "{} = {value}", key(name));
     }
-}
-
-/// Formats the key of a table, with quotes where TOML requires them.
-pub(crate) fn key(name: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-    if !name.is_empty() && name.chars().all(plain) { name.to_owned() } else { text(name) }
 }
 
 /// Formats a key of a motion; a name with dots is quoted as a whole.
