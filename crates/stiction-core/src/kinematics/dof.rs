@@ -208,5 +208,6 @@ fn almost_central(
     let along = twist.angular.dot(com).abs();
     let off = com.norm() / spin;
     let is_rotation = spin > 0.0 && along <= SPINS * spin * com.norm();
-    (is_rotation && off > 0.0 && off <= CLOSE * parameters.length).then_some(off)
+    let range = 0.1 * SPINS * parameters.length..CLOSE * parameters.length;
+    (is_rotation && range.contains(&off)).then_some(off)
 }
