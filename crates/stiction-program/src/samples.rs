@@ -1,7 +1,7 @@
 //! Random states of motion for value numbering.
 
 use crate::error::RecordError;
-use stiction_core::dynamics::{AppliedLoad, InverseDynamics};
+use stiction_core::dynamics::{AppliedLoad, Forces, InverseDynamics};
 use stiction_core::kinematics::{State, Target};
 use stiction_core::random::Random;
 use stiction_core::spatial::Vec3;
@@ -88,6 +88,12 @@ pub(crate) fn seeded_samples(
         samples.push(Sample { state: solver.state().clone(), targets, loads, is_extreme });
     }
     Ok(samples)
+}
+
+/// Returns true if an interface moves so slowly that the solver takes it for one at rest. Programs do
+/// not know this limit of the speed.
+pub(crate) fn creeps(forces: &Forces) -> bool {
+    forces.interfaces.iter().any(|state| !state.slides && state.velocity != 0.0)
 }
 
 /// Returns random factors of rates and accelerations of an extreme state. Accelerations are not

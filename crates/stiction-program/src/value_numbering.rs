@@ -61,9 +61,9 @@ pub(crate) struct Merged {
 /// at speeds far above the Stribeck velocity, but not everywhere. Selections that take both branches
 /// in the samples are decided at random, so that conditions which mostly agree are not merged; this
 /// needs some thirty samples. Where the condition is exactly zero, the branch is the actual one,
-/// because the other one may have a pole there. A selection that takes the same branch in all samples is replaced by this branch, and
-/// its condition becomes a guard. A square root that equals another node up to sign also adds a
-/// guard.
+/// because the other one may have a pole there. A selection that takes the same branch in all
+/// samples is replaced by this branch, and its condition becomes a guard. A square root that equals
+/// another node up to sign also adds a guard.
 pub(crate) fn merge(graph: &Graph, samples: &[Vec<f64>]) -> Merged {
     let ops = graph.ops();
     let ways = ways_of_conditions(ops, samples);

@@ -16,8 +16,9 @@ use crate::friction_problem::continuation::{Lock, StepPolicy};
 use crate::friction_problem::fixed_point::FixedPoint;
 use crate::friction_problem::influence::Influence;
 use crate::friction_problem::load_problem::{LoadProblem, LoadWorkspace};
-use crate::friction_problem::newton::{Accepted, UNBOUNDED, largest};
+use crate::friction_problem::newton::{Accepted, UNBOUNDED};
 use crate::friction_problem::uniqueness::BoundStart;
+use crate::linalg::largest;
 use crate::random::Random;
 use crate::spatial::Wrench;
 

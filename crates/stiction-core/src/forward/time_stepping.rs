@@ -31,8 +31,8 @@ use crate::friction::{Bristles, Law};
 use crate::friction_problem::complementarity::{
     DryFriction, Member, MemberLaw, SmoothFriction, Solution,
 };
-use crate::friction_problem::newton::largest;
 use crate::kinematics::{State, Target};
+use crate::linalg::largest;
 use crate::parameters::InterfaceParameters;
 
 /// Largest accepted residual of the friction laws, relative to the largest force.

@@ -4,7 +4,7 @@
 //! motion, without an influence matrix. If its map is a contraction, the iteration converges to the
 //! solution on the branch that begins at zero friction; otherwise Newton's method is used.
 
-use super::newton::largest;
+use crate::linalg::largest;
 
 /// Largest number of iterations.
 const STEPS: usize = 16;

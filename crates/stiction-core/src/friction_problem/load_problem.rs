@@ -5,11 +5,12 @@
 
 use super::continuation::{self, Branch, Lock, StepPolicy, fastest_growing};
 use super::influence::{Influence, InfluenceMatrix};
-use super::newton::{Accepted, NewtonWorkspace, UNBOUNDED, largest};
+use super::newton::{Accepted, NewtonWorkspace, UNBOUNDED};
 use super::normal_load::Configuration;
 use super::small_system::Four;
 use super::uniqueness::{BoundStart, BoundWorkspace, coupling_bound_in_blocks, coupling_bound_of};
 use crate::friction::OwnFriction;
+use crate::linalg::largest;
 use crate::spatial::{Twist, Wrench};
 
 /// Interface whose normal load is an unknown, because its friction depends on this load.

@@ -3,6 +3,7 @@
 use super::load_problem::LoadProblem;
 use super::normal_load::Configuration;
 use super::small_system::{Four, blocks_of, pack, solve_in_place};
+use crate::linalg::largest;
 use crate::scalar::Scalar;
 use crate::spatial::Twist;
 
@@ -145,10 +146,4 @@ impl LoadProblem {
 /// changed them by `size`, and the step before it by `before`, N.
 pub(super) fn is_settled(size: f64, before: f64, largest: f64) -> bool {
     size <= SETTLED * largest || (size >= before && size <= STAGNATED * largest) || largest == 0.0
-}
-
-/// Largest magnitude of the numbers; NaN if any number is NaN.
-pub(crate) fn largest(numbers: &[f64]) -> f64 {
-    let nan = |a: f64, b: f64| a.is_nan() || b.is_nan();
-    numbers.iter().fold(0.0_f64, |m, x| if nan(m, *x) { f64::NAN } else { m.max(x.abs()) })
 }

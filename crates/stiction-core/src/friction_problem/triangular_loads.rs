@@ -6,8 +6,9 @@
 //!
 //! Equation (D3) of the book's theory.
 
-use super::newton::{STEPS, UNBOUNDED, is_settled, largest};
+use super::newton::{STEPS, UNBOUNDED, is_settled};
 use super::small_system::{Four, blocks_of, solve_in_place};
+use crate::linalg::largest;
 use crate::scalar::Scalar;
 use crate::spatial::Twist;
 

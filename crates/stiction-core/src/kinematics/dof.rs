@@ -17,7 +17,7 @@ use nalgebra::{DMatrix, DVector};
 const OPEN: f64 = 1e-6;
 
 /// In motions of unit norm, components below this value count as zero.
-const SPINS: f64 = 1e-4;
+pub(super) const SMALL: f64 = 1e-4;
 /// Distance of a centre of mass from an axis, in characteristic lengths, below which the body was
 /// probably meant to spin about the axis freely.
 const CLOSE: f64 = 0.02;
@@ -119,12 +119,11 @@ fn idle_spins(
     twists: &[Vec<Twist<f64>>],
 ) -> Option<Vec<Spin>> {
     let length = parameters.length;
-    let small = SPINS;
     for actuator in &topology.actuators {
         let dof = &topology.joint_types[actuator.joint].dofs()[actuator.dof];
         let size = if dof.translates() { length } else { 1.0 };
         for twists in twists {
-            if actuator_rate(topology, bodies, actuator, twists).abs() > small * size {
+            if actuator_rate(topology, bodies, actuator, twists).abs() > SMALL * size {
                 return None;
             }
         }
@@ -146,11 +145,11 @@ fn idle_spins(
                 .collect::<Vec<_>>(),
         );
         let Svd { u, singular_values: values, .. } = Svd::new(&motion);
-        if values[0] < small {
+        if values[0] < SMALL {
             continue;
         }
-        let moves_com = u.fixed_view::<3, 1>(3, 0).norm() > small;
-        if moves_com || (values.len() > 1 && values[1] > small) {
+        let moves_com = u.fixed_view::<3, 1>(3, 0).norm() > SMALL;
+        if moves_com || (values.len() > 1 && values[1] > SMALL) {
             return None;
         }
         let axis = Vec3::new(u[(0, 0)], u[(1, 0)], u[(2, 0)]);
@@ -158,7 +157,7 @@ fn idle_spins(
         let count = chosen.nrows();
         let mut with = chosen.clone().insert_row(count, 0.0);
         with.row_mut(count).copy_from(&amounts);
-        if Svd::new(&with.transpose()).singular_values.min() > small {
+        if Svd::new(&with.transpose()).singular_values.min() > SMALL {
             chosen = with;
             spins.push(Spin {
                 body: BodyId(body),
@@ -207,7 +206,7 @@ fn almost_central(
     let com = twist.velocity_at(bodies.pose[body].apply(parameters.com[body]));
     let along = twist.angular.dot(com).abs();
     let off = com.norm() / spin;
-    let is_rotation = spin > 0.0 && along <= SPINS * spin * com.norm();
-    let range = 0.1 * SPINS * parameters.length..CLOSE * parameters.length;
+    let is_rotation = spin > 0.0 && along <= SMALL * spin * com.norm();
+    let range = 0.1 * SMALL * parameters.length..CLOSE * parameters.length;
     (is_rotation && range.contains(&off)).then_some(off)
 }

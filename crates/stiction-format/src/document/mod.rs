@@ -21,7 +21,7 @@ const MOST_BYTES: usize = 2 << 20;
 const MOST_LEVELS: usize = 32;
 
 /// Formats the key of a table, with quotes where TOML requires them.
-pub(crate) fn written_key(name: &str) -> String {
+pub(crate) fn key(name: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     match !name.is_empty() && name.chars().all(plain) {
         true => name.to_owned(),

@@ -1,7 +1,7 @@
 //! Test vectors for generated source code, computed by the general solver.
 
 use super::TestVector;
-use crate::samples::extremes;
+use crate::samples::{creeps, extremes};
 use stiction_core::dynamics::{FrictionMode, InverseDynamics};
 use stiction_core::kinematics::Target;
 use stiction_core::random::Random;
@@ -98,12 +98,10 @@ impl TestVector {
         let speeds = forces.interfaces.iter().map(|interface| interface.velocity.abs());
         let fastest = speeds.clone().fold(0.0, f64::max);
         let mut moving = speeds.map(|speed| speed / fastest);
-        // The generated code does not know the speed below which an interface rests.
-        let creeps = forces.interfaces.iter().any(|state| !state.slides && state.velocity != 0.0);
         let moves = targets.iter().any(|target| target.rate.abs() >= MOVES);
         let slide = fastest == 0.0 || moving.all(|part| !(NEVER..=SLIDES).contains(&part));
         let of = |f: fn(&Target<f64>) -> f64| targets.iter().map(f).collect();
-        (is_clear && moves && slide && !creeps).then(|| Self {
+        (is_clear && moves && slide && !creeps(forces)).then(|| Self {
             positions: of(|target| target.value),
             rates: of(|target| target.rate),
             accelerations: of(|target| target.acceleration),

@@ -10,7 +10,7 @@ use crate::machine::fuses;
 use crate::program_inputs::{InputLayout, load_to_array, target_to_array};
 use crate::recorded::{Recorded, extend_graph, record_groups};
 use crate::recording::RecordingSource;
-use crate::samples::{Sample, StateRange, seeded_samples};
+use crate::samples::{Sample, StateRange, creeps, seeded_samples};
 use crate::stages::{early, holds, passed_on};
 use crate::tunable::Tunable;
 use crate::value_numbering::{Merged, merge};
@@ -149,8 +149,7 @@ impl Feedforward {
                 return true;
             }
             let Ok(forces) = solver.solve(loads) else { return true };
-            // The program does not know the speed below which an interface rests.
-            if forces.interfaces.iter().any(|state| !state.slides && state.velocity != 0.0) {
+            if creeps(forces) {
                 return true;
             }
             compared += 1;

@@ -4,9 +4,10 @@
 
 use super::FrictionCoupling;
 use crate::dynamics::interfaces::InterfaceState;
-use crate::friction_problem::newton::{Accepted, UNBOUNDED, largest};
+use crate::friction_problem::newton::{Accepted, UNBOUNDED};
 use crate::friction_problem::normal_load::Configuration;
 use crate::friction_problem::small_system::pack;
+use crate::linalg::largest;
 use crate::spatial::Wrench;
 
 /// Largest error of extrapolated normal loads, relative to the largest load, that is accepted

@@ -3,8 +3,8 @@
 //! Equation (R2) of the book's theory.
 
 use super::map::FrictionMap;
-use crate::friction_problem::newton::largest;
 use crate::friction_problem::uniqueness::radius_bound;
+use crate::linalg::largest;
 use crate::linalg::{SparseMatrix, triangular_blocks};
 use core::cell::OnceCell;
 use nalgebra::DVector;

@@ -4,7 +4,7 @@
 
 use super::couplings::Couplings;
 use super::map::FrictionMap;
-use crate::friction_problem::newton::largest;
+use crate::linalg::largest;
 
 /// Computes an upper bound of the friction force of each interface, N, for forward and backward
 /// sliding (positive and negative friction). The bound is valid for all solutions of the friction

@@ -10,8 +10,8 @@
 //! The null space `Z` of `J` decouples the equations: accelerations follow from `J` and `Z^T M Z`,
 //! then the multipliers `l` from the independent rows. `M` may be singular, but `Z^T M Z` must not
 //! be: each motion that the constraints allow must have inertia, except the passive spin of a
-//! single body, see [`passive_spins`]. Dependent rows are redundant constraints. They do not affect the accelerations, and
-//! [`redundancy`] determines their reactions by a declared rule.
+//! single body, see [`passive_spins`]. Dependent rows are redundant constraints. They do not affect
+//! the accelerations, and [`redundancy`] determines their reactions by a declared rule.
 //!
 //! Equations (D1) and (D2) of the book's theory.
 

@@ -7,8 +7,8 @@ use crate::forward::Forward;
 use crate::forward::constraint_jacobian::{ConstraintRow, ConstraintRows};
 use crate::forward::data::Data;
 use crate::forward::sparse::articulated::Articulated;
-use crate::forward::sparse::closures::{Buffers, Closures, Place, largest};
-use crate::linalg::{BLOCK, Part, dot};
+use crate::forward::sparse::closures::{Buffers, Closures, Place};
+use crate::linalg::{BLOCK, Part, dot, largest};
 use crate::spatial::{Vec3, Wrench};
 use crate::topology::{Link, Role, Topology};
 
@@ -261,7 +261,7 @@ impl Balance {
                 (0..BLOCK).for_each(|k| change[k] += rest[k]);
                 (0..BLOCK).for_each(|k| sum[k] += change[k]);
             }
-            if largest(change) <= LEAST * largest(multipliers) {
+            if largest(change.as_flattened()) <= LEAST * largest(multipliers.as_flattened()) {
                 break;
             }
         }

@@ -135,7 +135,7 @@ pub struct Simulation<'a> {
     event_rate: (usize, f64),
     dropped: f64,
     /// Number of velocity jumps that may still be located, and the time of the last one that was, s;
-    /// see [`Simulation::locates_jumps`].
+    /// see [`Simulation::jumps_left`].
     jumps: (f64, f64),
     /// Number of steps limited by stability since the last reset, and number of consecutive steps
     /// not limited by stability; see `is_stiff`.

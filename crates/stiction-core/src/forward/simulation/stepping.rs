@@ -171,8 +171,8 @@ impl Simulation<'_> {
         }
         // Joints that stick at a dead centre permit the present rates, but not those an instant later.
         // The locks that then stop the mechanism dissipate its energy.
-        let fastest =
-            self.change(from, &State { rates: vec![0.0; from.rates.len()], ..from.clone() });
+        let rates = from.rates.iter().zip(&model.columns);
+        let fastest = rates.map(|(rate, column)| rate.abs() / column).fold(0.0, f64::max);
         let stops = fastest > 0.0 && self.change(&time_step.state, &state) > JUMP * fastest;
         time_step.is_impulsive |= stops;
         Ok(StepResult { time_step, state, anchors, frozen })
@@ -286,7 +286,7 @@ impl Simulation<'_> {
             let slow = self.fastest_rate.max(JUMP * self.natural_rate());
             let moves = all > STILL * whole.time_step.free_rate;
             let jumps = moves && one > 0.75 * all && all > JUMP * slow;
-            let located = jumps && self.locates_jumps(time);
+            let located = jumps && self.jumps_left(time) >= 1.0;
             let smooth = refines && !transition && (located || !jumps);
             let of_rates = if refines { self.rates_apart(&whole, &second) } else { 0.0 };
             let of_smooth = (of_rates / SMOOTH).min(OF_RATES * apart);
@@ -364,17 +364,13 @@ impl Simulation<'_> {
         }
     }
 
-    /// Returns the number of velocity jumps that may be located from `time`, s, on. A jump takes about
+    /// Returns the number of velocity jumps that may be located from `time`, s, on. A jump is located,
+    /// by shorter steps, if this number is at least one. A jump takes about
     /// thirty steps to locate. Where friction makes a mechanism jump thousands of times in a second,
     /// jumps lie within longer steps, whose error of the coordinates alone is controlled.
     fn jumps_left(&self, time: f64) -> f64 {
         let (left, since) = self.jumps;
         (left + (time - since) / JUMP_INTERVAL).min(JUMPS)
-    }
-
-    /// Returns true if a jump at `time`, s, is located by shorter steps, see [`Self::jumps_left`].
-    fn locates_jumps(&self, time: f64) -> bool {
-        self.jumps_left(time) >= 1.0
     }
 
     /// Records a velocity jump as an event. `change` is the largest change of a rate in the step,

@@ -12,7 +12,7 @@
 
 use super::system::System;
 use crate::forward::constraint_jacobian::ConstraintRow;
-use crate::linalg::{BLOCK, Part, Slot, add_outer, dot};
+use crate::linalg::{BLOCK, Part, Slot, add_outer, dot, largest};
 use crate::topology::{Link, Role, Topology};
 
 /// Fraction of the largest diagonal entry below which the diagonal entry of a row counts as
@@ -423,7 +423,7 @@ impl Closures {
     /// component of `right` outside the range of `S`, which is round-off.
     pub(in crate::forward) fn solve(&self, right: &mut [Part], buffers: &mut Buffers) {
         let Buffers { residual, solution, along, one } = buffers;
-        let size = largest(right);
+        let size = largest(right.as_flattened());
         if size == 0.0 {
             return;
         }
@@ -443,7 +443,7 @@ impl Closures {
             }
             residual.copy_from_slice(right);
             self.add_system(solution, -1.0, residual, along);
-            let left = largest(residual);
+            let left = largest(residual.as_flattened());
             // The remaining residual is round-off, or lies outside the range of `S`.
             if left <= SETTLED * size || left > 0.5 * before || left.is_nan() {
                 break;
@@ -458,8 +458,4 @@ impl Closures {
     pub(in crate::forward) fn solve_once(&self, right: &mut [Part], buffers: &mut Buffers) {
         self.matrix.solve_with(right, &mut buffers.one);
     }
-}
-
-pub(in crate::forward) fn largest(parts: &[Part]) -> f64 {
-    parts.iter().flatten().fold(0.0, |m, x| if x.is_nan() { f64::NAN } else { x.abs().max(m) })
 }

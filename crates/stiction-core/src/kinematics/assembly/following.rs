@@ -119,7 +119,6 @@ impl Assembly {
         to: f64,
         motion: &mut impl FnMut(f64, &mut [Target<f64>]),
     ) -> Option<AssemblyError> {
-        self.state.clone_from(&self.before);
         let mut targets = core::mem::take(&mut self.targets);
         motion(to, &mut targets);
         self.targets = targets;

@@ -14,8 +14,6 @@ use std::sync::Arc;
 /// If a pivot of the scaled system is smaller than this value, the rank is determined from singular
 /// values.
 const SUSPICIOUS_PIVOT: f64 = 1e-3;
-/// In motions of unit norm, angular rates below this value count as round-off.
-const SPINS: f64 = 1e-4;
 
 impl Assembly {
     /// Compiles the elimination plan at the present closed configuration, and locks local degrees
@@ -82,7 +80,7 @@ impl Assembly {
             let twists = dof::body_twists(&self.model.topology, bodies, &rates);
             for (body, twist) in twists.iter().enumerate() {
                 // All independent spins of one body have the same axis.
-                if twist.angular.norm() > SPINS {
+                if twist.angular.norm() > dof::SMALL {
                     let axis = bodies.pose[body].rotation.transpose_mul(twist.angular);
                     axes[body] = axis.direction();
                 }

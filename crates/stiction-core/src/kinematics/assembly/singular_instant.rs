@@ -11,6 +11,7 @@ use crate::kinematics::bodies::State;
 use crate::kinematics::coordinate::Target;
 use crate::kinematics::dof;
 use crate::kinematics::system::column_scales;
+use crate::linalg::{Decomposition, largest};
 use crate::parameters::Parameters;
 use std::sync::Arc;
 
@@ -56,14 +57,11 @@ impl Assembly {
         if !self.is_determined() {
             return false;
         }
-        let mut singular = self.clone();
-        singular.extrapolation.forget();
-        singular.state.clone_from(&self.start);
-        let is_far = singular.is_far(parameters);
-        let span = (to - from, is_far);
-        let Some(continued) = self.extrapolated(parameters, span, (from, next), motion) else {
+        let Some(continued) = self.extrapolated(parameters, (from, to), next, motion) else {
             return false;
         };
+        let mut singular = self.clone();
+        singular.extrapolation.forget();
         singular.state = continued.state;
         motion(next, &mut singular.targets);
         if !singular.project(parameters, continued.tolerance) {
@@ -73,32 +71,36 @@ impl Assembly {
         true
     }
 
-    /// Returns true if the configuration is not close to a singular one.
-    fn is_far(&mut self, parameters: &Parameters<f64>) -> bool {
+    /// Places the bodies, and decomposes the scaled equations for rates.
+    fn decomposed(&mut self, parameters: &Parameters<f64>) -> Decomposition {
         self.place(parameters);
         let Self { kinematics, model, .. } = &mut *self;
         kinematics.linearise(&model.topology, parameters, &model.constraints);
-        let decomposition = dof::decompose(self.scaled_jacobian(parameters));
-        let last = self.model.topology.dofs().checked_sub(1);
-        last.is_some_and(|last| decomposition.value(last) >= FAR * decomposition.largest())
+        dof::decompose(self.scaled_jacobian(parameters))
     }
 
     /// Extrapolates the motion to the time `next` from three earlier instants. Their distance is a
-    /// third of `span`, s, doubled or halved until the difference of two successive extrapolations
-    /// is smallest: at large distances the extrapolation is inaccurate, at small distances the
-    /// rates before the singular instant are.
+    /// third of the step from `from` to `to`, s, doubled or halved until the difference of two
+    /// successive extrapolations is smallest: at large distances the extrapolation is inaccurate, at
+    /// small distances the rates before the singular instant are.
     fn extrapolated(
         &self,
         parameters: &Parameters<f64>,
-        (span, is_far): (f64, bool),
-        (from, next): (f64, f64),
+        (from, to): (f64, f64),
+        next: f64,
         motion: &mut impl FnMut(f64, &mut [Target<f64>]),
     ) -> Option<Continued> {
+        let span = to - from;
+        let mut start = self.clone();
+        start.extrapolation.forget();
+        start.state.clone_from(&self.start);
+        motion(from, &mut start.targets);
+        let is_far = is_far(&start.decomposed(parameters));
         let mut best: Option<Continued> = None;
         let mut last: Option<State<f64>> = None;
         for halvings in HALVINGS {
             let step = span / 3.0 * 0.5_f64.powi(halvings);
-            let state = self.extrapolated_by(parameters, (step, is_far), (from, next), motion);
+            let state = start.extrapolated_by(parameters, (step, is_far), (from, next), motion);
             if let (Some(coarse), Some(fine)) = (last, &state) {
                 let uncertainty = difference(&coarse.accelerations, &fine.accelerations);
                 let change = largest(&fine.rates) + span.abs() * largest(&fine.accelerations);
@@ -114,8 +116,9 @@ impl Assembly {
         best
     }
 
-    /// Extrapolates the motion to the time `next` from the instants one, two and three `step`s
-    /// earlier. `None` if the motion cannot be followed to these instants from the time `from`.
+    /// Extrapolates the motion from the present configuration at the time `from` to `next`, from the
+    /// instants one, two and three `step`s before `next`. `None` if the motion cannot be followed to
+    /// these instants.
     fn extrapolated_by(
         &self,
         parameters: &Parameters<f64>,
@@ -124,9 +127,6 @@ impl Assembly {
         motion: &mut impl FnMut(f64, &mut [Target<f64>]),
     ) -> Option<State<f64>> {
         let mut scout = self.clone();
-        scout.extrapolation.forget();
-        scout.state.clone_from(&self.start);
-        motion(from, &mut scout.targets);
         let mut now = from;
         let mut earlier = Vec::with_capacity(3);
         for steps in 1..=3 {
@@ -179,33 +179,32 @@ impl Assembly {
     fn project(&mut self, parameters: &Parameters<f64>, tolerance: f64) -> bool {
         let topology = Arc::clone(&self.model.topology);
         let constraints = Arc::clone(&self.model.constraints);
-        if self.is_far(parameters) {
+        let mut decomposition = self.decomposed(parameters);
+        if is_far(&decomposition) {
             return false;
         }
         for _ in 0..CORRECTIONS {
-            self.place(parameters);
-            self.kinematics.linearise(&topology, parameters, &constraints);
             let errors: Vec<f64> = self.kinematics.errors().iter().map(|error| -error).collect();
-            let step = self.smallest_solution(parameters, &errors);
+            let step = self.smallest_solution(parameters, &decomposition, &errors);
             if !self.is_negligible(parameters, &step) {
                 return false;
             }
             self.state.advance(&topology, &step);
+            decomposition = self.decomposed(parameters);
         }
-        if self.place(parameters) > CLOSED_AT_WORST.max(self.state.round_off()) {
+        if self.scaled_error() > CLOSED_AT_WORST.max(self.state.round_off()) {
             return false;
         }
-        self.kinematics.linearise(&topology, parameters, &constraints);
         self.kinematics.right_of_rates(&constraints, &self.targets);
         let mut rates = self.state.rates.clone();
-        let missed = self.correct(parameters, &mut rates);
-        let is_small = difference(&rates, &self.state.rates).max(missed) <= tolerance;
+        let missed = self.correct(parameters, &decomposition, &mut rates);
+        let is_small = difference(&rates, &self.state.rates) <= tolerance && missed <= tolerance;
         self.state.rates = rates;
         self.kinematics.move_with(&topology, &self.state);
 
         self.kinematics.right_of_accelerations(&topology, parameters, &constraints, &self.targets);
         let mut accelerations = core::mem::take(&mut self.state.accelerations);
-        let missed = self.correct(parameters, &mut accelerations);
+        let missed = self.correct(parameters, &decomposition, &mut accelerations);
         self.state.accelerations = accelerations;
         self.kinematics.move_with(&topology, &self.state);
         let size = largest(&self.state.rates).powi(2) + largest(&self.state.accelerations);
@@ -221,49 +220,51 @@ impl Assembly {
     /// Corrects `found`, rates or accelerations of the spanning tree, by the smallest changes with
     /// which they satisfy the equations with the right-hand side that was set last. Returns the
     /// largest scaled residual that remains.
-    fn correct(&mut self, parameters: &Parameters<f64>, found: &mut [f64]) -> f64 {
-        let missing = self.missing(found);
-        let change = self.smallest_solution(parameters, &missing);
+    fn correct(
+        &mut self,
+        parameters: &Parameters<f64>,
+        decomposition: &Decomposition,
+        found: &mut [f64],
+    ) -> f64 {
+        let constraints = Arc::clone(&self.model.constraints);
+        self.kinematics.subtract_product(&constraints, found);
+        let missing = self.kinematics.right_hand_side();
+        let change = self.smallest_solution(parameters, decomposition, missing);
+        self.kinematics.subtract_product(&constraints, &change);
         found.iter_mut().zip(change).for_each(|(found, change)| *found += change);
-        let missing = self.missing(found);
-        let scaled: Vec<f64> =
-            missing.iter().zip(&self.row_scales).map(|(missing, scale)| missing * scale).collect();
-        largest(&scaled)
+        largest(&self.scaled(self.kinematics.right_hand_side()))
     }
 
-    /// Returns the residuals of the equations for rates or accelerations `found`, with the
-    /// right-hand side that was set last.
-    fn missing(&self, found: &[f64]) -> Vec<f64> {
-        let mut missing = self.kinematics.right_hand_side().to_vec();
-        for (entry, value) in self.model.constraints.entries().iter().zip(&self.kinematics.entries)
-        {
-            missing[entry.row] -= value * found[entry.column];
-        }
-        missing
-    }
-
-    /// Solves the equations for rates at the last linearised configuration with the
-    /// right-hand side `right`; returns the solution of least scaled norm.
-    fn smallest_solution(&self, parameters: &Parameters<f64>, right: &[f64]) -> Vec<f64> {
-        let right: Vec<f64> =
-            right.iter().zip(&self.row_scales).map(|(right, scale)| right * scale).collect();
-        let solution = dof::decompose(self.scaled_jacobian(parameters)).solve(&right);
+    /// Solves the decomposed equations for rates with the right-hand side `right`; returns the
+    /// solution of least scaled norm.
+    fn smallest_solution(
+        &self,
+        parameters: &Parameters<f64>,
+        decomposition: &Decomposition,
+        right: &[f64],
+    ) -> Vec<f64> {
+        let solution = decomposition.solve(&self.scaled(right));
         let columns = column_scales(&self.model.topology, parameters.length);
         solution.iter().zip(columns).map(|(value, scale)| value * scale).collect()
     }
+
+    /// Multiplies each row of a right-hand side by its scale factor.
+    fn scaled(&self, right: &[f64]) -> Vec<f64> {
+        right.iter().zip(&self.row_scales).map(|(right, scale)| right * scale).collect()
+    }
 }
 
-fn largest(values: &[f64]) -> f64 {
-    values.iter().fold(0.0, |most, value| most.max(value.abs()))
+/// Returns true if the decomposed equations for rates are those of a configuration that is not close
+/// to a singular one.
+fn is_far(decomposition: &Decomposition) -> bool {
+    let last = decomposition.matrix().ncols().checked_sub(1);
+    last.is_some_and(|last| decomposition.value(last) >= FAR * decomposition.largest())
 }
 
-/// Returns the largest difference of two values at the same place.
+/// Returns the largest difference of two values at the same place; NaN if any difference is NaN.
 fn difference(a: &[f64], b: &[f64]) -> f64 {
-    // A NaN must not count as no difference.
-    a.iter()
-        .zip(b)
-        .map(|(a, b)| (a - b).abs())
-        .fold(0.0, |most, x| if x <= most { most } else { x })
+    let differences: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
+    largest(&differences)
 }
 
 /// Extrapolates a function of time from the instants -1, -2 and -3 to zero, with its values `at`

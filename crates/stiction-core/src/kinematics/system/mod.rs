@@ -362,13 +362,22 @@ impl<T: Scalar> Kinematics<T> {
         if T::has_slope() {
             solution.iter_mut().for_each(|value| *value = value.held());
             self.right.copy_from_slice(&self.right_before);
-            for (entry, value) in motion_constraints.entries.iter().zip(&self.entries) {
-                self.right[entry.row] -= *value * solution[entry.column];
-            }
+            self.subtract_product(motion_constraints, solution);
             program.solve(&self.factors, &mut self.right, &mut self.step);
             for (value, step) in solution.iter_mut().zip(&self.step) {
                 *value += *step;
             }
+        }
+    }
+
+    /// Subtracts the product of the system matrix and `solution` from the right-hand side.
+    pub(super) fn subtract_product(
+        &mut self,
+        motion_constraints: &MotionConstraints,
+        solution: &[T],
+    ) {
+        for (entry, value) in motion_constraints.entries.iter().zip(&self.entries) {
+            self.right[entry.row] -= *value * solution[entry.column];
         }
     }
 

@@ -13,7 +13,7 @@ use super::context::{Context, Note};
 use super::description::{Body, Description, GROUND, Joint, VisualMesh};
 use super::extension::joint_names;
 use super::legs::Group;
-use crate::document::written_key as key;
+use crate::document::key;
 use crate::source::Place;
 use numbers::{guess, inertia, lengths, quantity};
 use std::collections::HashSet;

@@ -2,7 +2,7 @@
 
 use super::{LogRole, Meaning, Reader, Renamed};
 use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean, quoted};
-use crate::document::written_key as key;
+use crate::document::key;
 use crate::expression::{Dimension, Measure, unit_of};
 use crate::pattern::fits;
 use crate::read::path::{Orders, coordinate, resolve};
