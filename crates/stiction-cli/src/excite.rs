@@ -41,7 +41,7 @@ fn execute(options: &Excite) -> Result<(), Failure> {
         seed: options.seed,
         payloads: options.payload.clone(),
         noise: options.noise.clone(),
-        step: options.sampling.step,
+        step: options.step,
         at_motors: options.at_motors,
         iterations: options.iterations as usize,
     };

@@ -4,7 +4,7 @@ use crate::parameter::{Kind, Parameter};
 use crate::physical;
 use stiction_core::friction::{Curve, JointFriction, Law};
 use stiction_core::joint::Motion;
-use stiction_core::mechanism::{Changeable, Mechanism};
+use stiction_core::mechanism::{Changeable, GearLoss, Mechanism};
 
 /// Friction coefficient that replaces zero if a joint has only load-independent friction, because a
 /// model file expresses such friction by a coefficient and a preload. It is so small that the
@@ -66,15 +66,19 @@ pub(crate) fn set_static_excess(law: &mut Law, excess: f64) {
 
 /// Returns the mechanism with identified `values`, one for each of `parameters`. Offsets and effort terms describe the
 /// logs and are left out. Friction of an actuator becomes motor friction if efforts were measured `at_motors`,
-/// otherwise joint friction.
+/// otherwise joint friction. The gears of the drive trains in `lossless` have no loss, because it is a part of the
+/// identified friction.
 pub fn applied(
     mechanism: &Mechanism,
     parameters: &[Parameter],
     values: &[f64],
-    at_motors: bool,
+    (at_motors, lossless): (bool, &[usize]),
 ) -> Mechanism {
     let actuators: Vec<_> = mechanism.actuators().collect();
     mechanism.with_changes(|Changeable { bodies, joints, drive_trains }| {
+        for &train in lossless {
+            drive_trains[train].gear = GearLoss::NONE;
+        }
         for (body, inertial) in physical::bodies(parameters, values) {
             if inertial[0] > 0.0 {
                 let (mass, com, inertia) = physical::central(&inertial);

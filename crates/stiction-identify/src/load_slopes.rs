@@ -1,4 +1,4 @@
-//! Derivatives of converged normal loads with respect to friction parameters.
+//! Derivatives of converged normal loads with respect to parameters.
 //!
 //! Equations (I6) and (I12) of the book's theory.
 
@@ -9,14 +9,15 @@ use nalgebra::DMatrix;
 use stiction_core::dynamics::{Data, LoadSensitivity, Settings, Status};
 use stiction_core::parameters::Parameters;
 
-/// Derivatives of all normal loads with respect to groups of friction parameters. All parameters of
-/// a group have the same value. The preloads, which represent load-independent friction, count as
-/// constant, and so do the inertias of the bodies.
+/// Derivatives of all normal loads with respect to groups of parameters. All parameters of a group
+/// have the same value. The preloads, which represent load-independent friction, count as constant.
 #[derive(Debug)]
 pub struct LoadSlopes<'a> {
     regressor: &'a Regressor,
-    /// Friction parameters of each group, with the indices of their interfaces.
-    groups: Vec<Vec<(Kind, usize)>>,
+    /// Parameters of each group.
+    groups: Vec<Vec<Kind>>,
+    /// Bodies whose required wrenches depend on parameters of the groups.
+    bodies: Vec<usize>,
     sensitivity: LoadSensitivity,
 }
 
@@ -24,15 +25,13 @@ impl<'a> LoadSlopes<'a> {
     /// Prepares the derivatives with respect to `groups` of indices of parameters.
     pub fn new(regressor: &'a Regressor, groups: &[Vec<usize>]) -> Self {
         let all = regressor.parameters();
-        let of_group = |group: &Vec<usize>| {
-            let kinds = group.iter().map(|&k| all[k].kind);
-            kinds.filter_map(|kind| Some((kind, kind.interface()?))).collect()
-        };
-        Self {
-            regressor,
-            groups: groups.iter().map(of_group).collect(),
-            sensitivity: LoadSensitivity::default(),
-        }
+        let of_group = |group: &Vec<usize>| group.iter().map(|&k| all[k].kind).collect();
+        let groups: Vec<Vec<Kind>> = groups.iter().map(of_group).collect();
+        let mut bodies: Vec<usize> =
+            groups.iter().flatten().flat_map(|kind| regressor.loaded_bodies(*kind)).collect();
+        bodies.sort_unstable();
+        bodies.dedup();
+        Self { regressor, groups, bodies, sensitivity: LoadSensitivity::default() }
     }
 
     /// Computes the derivative of the normal load of each friction interface (rows) with respect to
@@ -50,13 +49,23 @@ impl<'a> LoadSlopes<'a> {
         if self.groups.is_empty() {
             return Ok(DMatrix::zeros(solved.loads.len(), 0));
         }
-        let all = self.sensitivity.at(self.regressor.model(), engine, data);
-        let all = all.ok_or(Status::FrictionNotConverged { change: f64::INFINITY })?;
-        let mut slopes = DMatrix::zeros(all.nrows(), self.groups.len());
+        let changes = self.sensitivity.at(self.regressor.model(), engine, data, &self.bodies);
+        let changes = changes.ok_or(Status::FrictionNotConverged { change: f64::INFINITY })?;
+        let mut slopes = DMatrix::zeros(changes.by_friction.nrows(), self.groups.len());
         for (group, mut slopes) in self.groups.iter().zip(slopes.column_iter_mut()) {
-            for &(kind, interface) in group {
-                let friction = self.friction_per_unit(kind, interface, solved, engine);
-                slopes.axpy(friction, &all.column(interface), 1.0);
+            for &kind in group {
+                if let Some(interface) = kind.interface() {
+                    let friction = self.friction_per_unit(kind, interface, solved, engine);
+                    slopes.axpy(friction, &changes.by_friction.column(interface), 1.0);
+                }
+                for (body, wrench) in self.regressor.unit_demands(kind, &data.kinematics.bodies) {
+                    let Ok(place) = self.bodies.binary_search(&body) else { continue };
+                    let components = [wrench.force.to_array(), wrench.moment.to_array()];
+                    for (k, component) in components.as_flattened().iter().enumerate() {
+                        let column = components.as_flattened().len() * place + k;
+                        slopes.axpy(*component, &changes.by_demand.column(column), 1.0);
+                    }
+                }
             }
         }
         Ok(slopes)

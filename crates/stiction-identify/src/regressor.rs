@@ -8,11 +8,13 @@ use crate::parameter::{Choice, INERTIA_ENTRIES, Kind, Parameter, catalogue};
 use crate::slip::{Rest, Slip, sign};
 use crate::solved::Solved;
 use nalgebra::{DMatrix, DVector, Dyn, LU};
-use stiction_core::dynamics::{Data, FrictionMode, InverseDynamics, Model, Settings, Status};
+use stiction_core::dynamics::{
+    Data, FrictionMode, InverseDynamics, Model, RotorMotion, Settings, Status,
+};
 use stiction_core::kinematics::{Bodies, State, Target};
 use stiction_core::mechanism::{DriveTrain, Mechanism};
-use stiction_core::parameters::Parameters;
-use stiction_core::spatial::{Mat3, Twist, Vec3};
+use stiction_core::parameters::{Parameters, RotorParameters};
+use stiction_core::spatial::{Mat3, Twist, Vec3, Wrench};
 use thiserror::Error;
 
 /// A moment about the free spin axis of a body counts as round-off up to this fraction of the
@@ -72,8 +74,27 @@ pub struct Regressor {
     /// Standard deviation of the measured rate of each coordinate, rad/s or m/s.
     rate_noise: Vec<f64>,
     at_motors: bool,
+    /// Rotors that spin on bodies, with moments of inertia of 1 kg m^2, each with the index of its
+    /// drive train.
+    unit_rotors: Vec<(usize, RotorParameters<f64>)>,
     /// True if [`Self::at`] has compiled the model again.
     is_compiled_again: bool,
+}
+
+/// Rotors that spin on bodies, each with the index of its drive train. `inertia` returns the moment of
+/// inertia of the rotor of a drive train, kg m^2, if it differs from that of the model.
+fn spinning_rotors(
+    mechanism: &Mechanism,
+    inertia: impl Fn(usize) -> Option<f64>,
+) -> Vec<(usize, RotorParameters<f64>)> {
+    let trains = mechanism.drive_trains().iter().enumerate();
+    let each = trains.flat_map(|(index, train)| {
+        let rotor_inertia = inertia(index).unwrap_or(train.rotor_inertia);
+        let own = DriveTrain { rotor_inertia, ..train.clone() };
+        let rotors: Vec<_> = RotorParameters::of(&own).collect();
+        rotors.into_iter().map(move |rotor| (index, rotor))
+    });
+    each.collect()
 }
 
 impl Regressor {
@@ -99,6 +120,7 @@ impl Regressor {
         let unit = data.clone();
         let interfaces = nominal.interfaces.len();
         let bodies = solver.mechanism().bodies().len();
+        let unit_rotors = spinning_rotors(solver.mechanism(), |_| Some(1.0));
         Ok(Self {
             solver,
             model,
@@ -112,6 +134,7 @@ impl Regressor {
             accelerations: vec![Twist::zero(); bodies],
             rate_noise: vec![0.0; coordinates],
             at_motors: choice.at_motors,
+            unit_rotors,
             is_compiled_again: false,
         })
     }
@@ -297,9 +320,10 @@ impl Regressor {
             let mut target = matrix.column_mut(column);
             match parameter.kind {
                 Kind::Mass(body) | Kind::Moment(body, _) | Kind::Inertia(body, _) => {
-                    let unit = self.unit_wrench(parameter.kind, body);
+                    let change = self.accelerations[body];
+                    let unit = self.unit_wrench(parameter.kind, body, (bodies, change));
                     for k in 0..count {
-                        target[k] = self.virtual_power(body, unit, k);
+                        target[k] = self.virtual_twists[k][body].power(unit);
                     }
                 }
                 Kind::Mu(i) | Kind::StaticExcess(i) | Kind::Coulomb(i) | Kind::Viscous(i) => {
@@ -312,6 +336,13 @@ impl Regressor {
                         target[k] = factor * along;
                     }
                 }
+                Kind::Rotor(train) => {
+                    for (body, unit) in self.unit_moments(train, bodies) {
+                        for k in 0..count {
+                            target[k] += self.virtual_twists[k][body].power(unit);
+                        }
+                    }
+                }
                 // Efforts of single actuators are written below.
                 _ => {}
             }
@@ -321,12 +352,20 @@ impl Regressor {
         for (column, parameter) in self.parameters.iter().enumerate() {
             match parameter.kind {
                 Kind::Rotor(train) => {
+                    // The efforts of the model contain the moment on the carrier of the rotor, but
+                    // not the torque that accelerates the rotor itself.
+                    known.axpy(-parameter.prior, &matrix.column(column), 1.0);
+                    let along = self.rotors_of(train).map(|rotor| {
+                        let axis = bodies.pose[rotor.body].rotation * rotor.axis;
+                        axis.dot(self.accelerations[rotor.body].angular)
+                    });
+                    let along: f64 = along.sum();
                     let train = &self.mechanism().drive_trains()[train];
                     let at = (train.dofs[0].joint.0, train.dofs[0].dof);
                     let motion = bodies.joint_motion(topology, &self.nominal, at, 0.0);
                     let n = train.transmission();
                     if let Some(row) = self.actuator_of(at) {
-                        matrix[(row, column)] = n * n * motion.acceleration;
+                        matrix[(row, column)] += n * n * motion.acceleration + n * along;
                     }
                 }
                 Kind::DriveCoulomb(row) | Kind::DriveViscous(row) => {
@@ -368,6 +407,11 @@ impl Regressor {
         let variance = self.actuator_rates.iter().zip(&self.rate_noise);
         let variance: f64 = variance.map(|(rates, noise)| (rates[row] * noise).powi(2)).sum();
         Some((rate, Rest::of(rate.abs(), variance)))
+    }
+
+    fn rotors_of(&self, train: usize) -> impl Iterator<Item = &RotorParameters<f64>> {
+        let own = self.unit_rotors.iter().filter(move |(index, _)| *index == train);
+        own.map(|(_, rotor)| rotor)
     }
 
     fn actuator_of(&self, (joint, dof): (usize, usize)) -> Option<usize> {
@@ -442,17 +486,63 @@ impl Regressor {
         }
     }
 
-    /// Returns the force and the moment about the body's origin, in world axes, that a unit of an
-    /// inertial parameter requires for the present motion.
-    fn unit_wrench(&self, kind: Kind, body: usize) -> (Vec3<f64>, Vec3<f64>) {
-        let bodies = &self.data.kinematics.bodies;
-        let pose = &bodies.pose[body];
-        let (twist, change) = (bodies.twist[body], self.accelerations[body]);
+    /// Lists the bodies whose required wrenches depend on a parameter.
+    pub fn loaded_bodies(&self, kind: Kind) -> Vec<usize> {
+        match kind {
+            Kind::Mass(body) | Kind::Moment(body, _) | Kind::Inertia(body, _) => vec![body],
+            Kind::Rotor(train) => {
+                // Rotors on the ground load no joint.
+                self.rotors_of(train).map(|rotor| rotor.body).filter(|body| *body > 0).collect()
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    /// Returns the wrenches about the reference point, in world axes, that bodies require per unit
+    /// of a parameter for the motion of `bodies`.
+    pub(crate) fn unit_demands(
+        &self,
+        kind: Kind,
+        bodies: &Bodies<f64>,
+    ) -> Vec<(usize, Wrench<f64>)> {
+        match kind {
+            Kind::Mass(body) | Kind::Moment(body, _) | Kind::Inertia(body, _) => {
+                vec![(body, self.unit_wrench(kind, body, (bodies, bodies.acceleration[body])))]
+            }
+            Kind::Rotor(train) => self.unit_moments(train, bodies).collect(),
+            _ => Vec::new(),
+        }
+    }
+
+    /// Yields the moments that the carriers of the rotors of a drive train require because these
+    /// rotors spin, per unit of the moment of inertia.
+    fn unit_moments(
+        &self,
+        train: usize,
+        bodies: &Bodies<f64>,
+    ) -> impl Iterator<Item = (usize, Wrench<f64>)> {
+        let topology = self.model.topology();
+        self.rotors_of(train).map(move |rotor| {
+            let moment = RotorMotion::of(rotor, topology, &self.nominal, bodies).moment;
+            (rotor.body, Wrench { force: Vec3::zero(), moment })
+        })
+    }
+
+    /// Returns the wrench about the reference point, in world axes, that a unit of an inertial
+    /// parameter requires for the motion of `bodies` with the acceleration `change` of the body.
+    fn unit_wrench(
+        &self,
+        kind: Kind,
+        body: usize,
+        (bodies, change): (&Bodies<f64>, Twist<f64>),
+    ) -> Wrench<f64> {
+        let (pose, twist) = (&bodies.pose[body], bodies.twist[body]);
         let (w, dw) = (twist.angular, change.angular);
         let origin = pose.position;
         let velocity = twist.velocity_at(origin);
         let acceleration = change.velocity_at(origin) + w.cross(velocity) - self.nominal.gravity;
-        match kind {
+        // Force, and moment about the body's origin.
+        let (force, moment) = match kind {
             Kind::Mass(_) => (acceleration, Vec3::zero()),
             Kind::Moment(_, axis) => {
                 let e = pose.rotation * Vec3::unit(axis);
@@ -468,13 +558,8 @@ impl Regressor {
                 (Vec3::zero(), times(dw) + w.cross(times(w)))
             }
             _ => (Vec3::zero(), Vec3::zero()),
-        }
-    }
-
-    fn virtual_power(&self, body: usize, (force, moment): (Vec3<f64>, Vec3<f64>), k: usize) -> f64 {
-        let twist = self.virtual_twists[k][body];
-        let origin = self.data.kinematics.bodies.pose[body].position;
-        force.dot(twist.velocity_at(origin)) + moment.dot(twist.angular)
+        };
+        Wrench { force, moment: moment + origin.cross(force) }
     }
 
     /// Computes static friction limits in the configuration of the last call of [`Self::at`]. The
@@ -566,6 +651,12 @@ impl Regressor {
                 (engine.mass[body], engine.com[body], engine.inertia[body]) = (mass, com, inertia);
             }
         }
+        let rotors = spinning_rotors(self.mechanism(), |train| {
+            let mut own = self.parameters.iter().zip(values);
+            let found = own.find(|(parameter, _)| parameter.kind == Kind::Rotor(train));
+            found.map(|(_, value)| *value)
+        });
+        engine.rotors = rotors.into_iter().map(|(_, rotor)| rotor).collect();
         for (parameter, &value) in self.parameters.iter().zip(values) {
             let (Kind::Mu(i) | Kind::Viscous(i)) = parameter.kind else { continue };
             let interface = &mut engine.interfaces[i];

@@ -1,6 +1,6 @@
 //! The command that designs motions for identification.
 
-use super::shared::{Model, Sampling};
+use super::shared::Model;
 use clap::Args;
 use std::path::PathBuf;
 use stiction::run::excite::LimitSetting;
@@ -59,8 +59,10 @@ pub(crate) struct Excite {
     /// Largest number of steps of the search
     #[arg(long, value_name = "N", default_value_t = 90)]
     pub(crate) iterations: u32,
-    #[command(flatten)]
-    pub(crate) sampling: Sampling,
+    /// Time between samples of the reference, in seconds or with a unit ("10 ms") [default: a hundredth of the period
+    /// of the highest harmonic, rounded down to 1, 2 or 5 times a power of ten]
+    #[arg(long, value_name = "TIME", value_parser = seconds, allow_negative_numbers = true)]
+    pub(crate) step: Option<f64>,
     /// Write excite.csv (the reference), log.toml (options for identify) and excite.json into this folder
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,

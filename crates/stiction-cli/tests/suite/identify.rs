@@ -6,6 +6,7 @@ mod coverage;
 mod imperfect;
 mod instruments;
 mod missing;
+mod motors;
 mod screws;
 mod torque_constants;
 

@@ -1,4 +1,5 @@
-//! Changes of converged normal loads due to additional friction.
+//! Changes of converged normal loads due to additional friction and to additional wrenches that
+//! bodies require.
 //!
 //! Equation (I12) of the book's theory.
 
@@ -11,62 +12,91 @@ use crate::friction_problem::normal_load::normal_load_between;
 use crate::kinematics::Bodies;
 use crate::parameters::{InterfaceParameters, Parameters};
 use crate::scalar::{Dual, Scalar};
-use crate::spatial::Wrench;
+use crate::spatial::{Vec3, Wrench};
 use nalgebra::DMatrix;
 
-/// Changes of all normal loads per newton of friction that is added at one interface, while the
-/// friction of all interfaces follows the changed loads.
+/// Number of components of a wrench.
+const COMPONENTS: usize = 6;
+
+/// Computation of [`LoadChanges`].
 ///
-/// The joint wrenches are linear in the friction forces, and the gradients of the normal loads are
-/// known at a solution. The derivatives of the coupled problem therefore follow from one linear
-/// system with as many unknowns as interfaces.
+/// The joint wrenches are linear in the friction forces and in the wrenches that the bodies require,
+/// and the gradients of the normal loads are known at a solution. The derivatives of the coupled
+/// problem therefore follow from one linear system with as many unknowns as interfaces.
 #[derive(Clone, Debug, Default)]
 pub struct LoadSensitivity {
     responses: Responses,
 }
 
+/// Changes of all normal loads, while the friction of all interfaces follows the changed loads. Each
+/// row belongs to an interface.
+#[derive(Clone, Debug)]
+pub struct LoadChanges {
+    /// Changes per newton of friction that is added at one interface (columns). An interface at rest
+    /// adds no friction.
+    pub by_friction: DMatrix<f64>,
+    /// Changes per unit of the wrench that each of the given bodies requires, in six columns for each
+    /// body: force, per N, then moment about the reference point, per N m, in world axes.
+    pub by_demand: DMatrix<f64>,
+}
+
 impl LoadSensitivity {
-    /// Computes the matrix whose entry (i, j) is the change of the normal load of interface i per
-    /// newton of friction added at interface j, for the solution in `data` that `parameters` yield.
-    /// An interface at rest adds no friction. `None` if the loads have no derivative, for example
-    /// close to jamming.
+    /// Computes the changes of the normal loads for the solution in `data` that `parameters` yield,
+    /// with the wrenches that `loaded` bodies require. `None` if the loads have no derivative, for
+    /// example close to jamming.
     pub fn at(
         &mut self,
         model: &Model,
         parameters: &Parameters<f64>,
         data: &Data<f64>,
-    ) -> Option<DMatrix<f64>> {
+        loaded: &[usize],
+    ) -> Option<LoadChanges> {
         let (inverse, bodies) = (&data.inverse, &data.kinematics.bodies);
         let states = inverse.interfaces();
         let count = states.len();
-        // Changes of the loads for given friction forces.
-        let mut fixed = DMatrix::zeros(count, count);
+        let joints = || parameters.interfaces.iter().map(|interface| interface.joint);
+        // Changes of the loads for given friction forces, then for given wrenches of bodies.
+        let mut changes = DMatrix::zeros(count, count + COMPONENTS * loaded.len());
         self.responses.update(inverse, model, parameters, bodies, false, |_, units, responses| {
-            let joints = parameters.interfaces.iter().map(|interface| interface.joint);
-            for (row, (state, joint)) in states.iter().zip(joints).enumerate() {
+            for (row, (state, joint)) in states.iter().zip(joints()).enumerate() {
                 let change = state.load.gradient.lift().power(responses.wrenches[joint]);
                 for (unit, change) in units.iter().zip(change.0) {
                     if states[unit.interface].sliding > 0.0 {
-                        fixed[(row, unit.interface)] = change;
+                        changes[(row, unit.interface)] = change;
                     }
                 }
             }
         });
+        for (place, &body) in loaded.iter().enumerate() {
+            for component in 0..COMPONENTS {
+                let unit = Vec3::unit(component % 3);
+                let wrench = match component < 3 {
+                    true => Wrench { force: unit, moment: Vec3::zero() },
+                    false => Wrench { force: Vec3::zero(), moment: unit },
+                };
+                let wrenches =
+                    self.responses.under_demand(model, parameters, bodies, (body, wrench));
+                let column = count + COMPONENTS * place + component;
+                for (row, (state, joint)) in states.iter().zip(joints()).enumerate() {
+                    changes[(row, column)] = state.load.gradient.power(wrenches[joint]);
+                }
+            }
+        }
         let mut coupled = DMatrix::identity(count, count);
         for (column, state) in states.iter().enumerate() {
-            coupled.column_mut(column).axpy(
-                -state.resistance.coefficient,
-                &fixed.column(column),
-                1.0,
-            );
+            let coefficient = -state.resistance.coefficient;
+            coupled.column_mut(column).axpy(coefficient, &changes.column(column), 1.0);
         }
         for (k, (interface, state)) in parameters.interfaces.iter().zip(states).enumerate() {
             let pitch = parameters.pitch[interface.joint];
             let wrench = inverse.joint_wrenches()[interface.joint];
-            fixed[(k, k)] += by_own_friction(interface, pitch, bodies, (state, wrench));
+            changes[(k, k)] += by_own_friction(interface, pitch, bodies, (state, wrench));
         }
-        let is_solved = coupled.lu().solve_mut(&mut fixed);
-        (is_solved && fixed.iter().all(|x| x.is_finite())).then_some(fixed)
+        let is_solved = coupled.lu().solve_mut(&mut changes);
+        let by_demand = changes.columns(count, COMPONENTS * loaded.len()).into_owned();
+        let by_friction = changes.columns(0, count).into_owned();
+        (is_solved && changes.iter().all(|x| x.is_finite()))
+            .then_some(LoadChanges { by_friction, by_demand })
     }
 }
 

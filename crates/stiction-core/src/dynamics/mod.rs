@@ -53,7 +53,7 @@ pub use interfaces::InterfaceState;
 #[doc(hidden)]
 pub use inverse::Inverse;
 #[doc(hidden)]
-pub use load_sensitivity::LoadSensitivity;
+pub use load_sensitivity::{LoadChanges, LoadSensitivity};
 #[doc(hidden)]
 pub use program::{force_results, motion_results};
 #[doc(hidden)]

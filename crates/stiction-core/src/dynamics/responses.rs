@@ -133,6 +133,21 @@ impl Responses {
         });
     }
 
+    /// Computes the changes of all joint wrenches if a body requires a wrench in addition, without
+    /// friction, at the configuration of the last call of [`Self::update`].
+    pub(super) fn under_demand(
+        &mut self,
+        model: &Model,
+        parameters: &Parameters<f64>,
+        bodies: &Bodies<f64>,
+        demand: (usize, Wrench<f64>),
+    ) -> &[Wrench<f64>] {
+        let Some(balance) = &mut self.balance else { return &[] };
+        let plan = &*model.balance;
+        balance.apply_demand_alone(plan, parameters, bodies, demand, plan.passes());
+        &balance.joint_wrenches
+    }
+
     /// Returns the number of friction components.
     pub(super) fn len(&self) -> usize {
         self.units.len()

@@ -6,6 +6,10 @@ use super::strength::WEAKEST;
 use super::{Estimate, FOLDS, Normal, Problem, pieces};
 use nalgebra::DVector;
 
+/// Round-off of a sum of squared residuals, as a fraction of the sum of squared efforts. Residuals of
+/// exact logs are smaller.
+const ROUNDED: f64 = 1e-14;
+
 /// Residuals of left-out parts of the logs, compared with those of the fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LeftOut {
@@ -61,11 +65,11 @@ impl Problem<'_> {
             }
             if out.rows > 0.0 {
                 let z = self.minimum_near(map, &rest, prior, whole.clone());
-                sum += out.cost(&z).max(0.0) / out.rows;
+                sum += out.cost(&z).max(ROUNDED * out.square) / out.rows;
                 count += 1.0;
                 all.add(&out, 1.0);
             }
         }
-        (count > 1.0).then(|| sum / count * all.rows / all.cost(&whole).max(1e-30))
+        (count > 1.0).then(|| sum / count * all.rows / all.cost(&whole).max(ROUNDED * all.square))
     }
 }

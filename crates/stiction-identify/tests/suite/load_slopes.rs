@@ -55,7 +55,7 @@ fn regressors() -> impl Iterator<Item = (&'static str, Vec<f64>, Regressor)> {
     all.filter(|(.., own)| own.parameters().iter().any(|p| matches!(p.kind, Kind::Mu(_))))
 }
 
-/// Checks derivatives with respect to each friction parameter, and to all coefficients together, while joints slide in
+/// Checks derivatives with respect to each parameter of friction or of a body, and to all coefficients together, while joints slide in
 /// both directions.
 #[test]
 fn derivatives_of_loads_are_those_of_differences() {
@@ -88,7 +88,10 @@ fn compare(name: &str, regressor: &Regressor, [q, v, a]: [&[f64]; 3]) -> bool {
         })
         .collect();
     let all = 0..parameters.len();
-    let is_moved = |k: &usize| parameters[*k].kind.interface().is_some();
+    let is_moved = |k: &usize| {
+        let own = &parameters[*k];
+        own.kind.interface().is_some() || own.body().is_some()
+    };
     let mut groups: Vec<Vec<usize>> = all.clone().filter(is_moved).map(|k| vec![k]).collect();
     groups.push(all.filter(|&k| matches!(parameters[k].kind, Kind::Mu(_))).collect());
     let loads = |values: &[f64]| -> Vec<f64> {

@@ -88,7 +88,7 @@ fn friction_measured_at_joints_is_not_that_of_motors() {
             _ => p.prior,
         };
         let values: Vec<f64> = parameters.iter().map(value).collect();
-        let found = applied(&mechanism, &parameters, &values, at_motors);
+        let found = applied(&mechanism, &parameters, &values, (at_motors, &[]));
         let motor = found.drive_trains()[0].motor_friction.constant;
         let joint: f64 = found.joints()[0].friction.iter().map(|f| f.law.mu * f.load.preload).sum();
         // The gear ratio is 50.

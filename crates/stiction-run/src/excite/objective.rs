@@ -245,6 +245,16 @@ impl Objective {
         Some(sweep)
     }
 
+    /// Computes the quantities of [`Self::sweep_on`], with the information about parameters that act
+    /// on friction through the normal loads. The search does without, because it takes a multiple
+    /// of the time.
+    pub(super) fn sweep_through_loads(&mut self, grid: &Grid, x: &DVector<f64>) -> Option<Sweep> {
+        self.probe.through_loads = true;
+        let sweep = self.sweep_on(grid, x);
+        self.probe.through_loads = false;
+        sweep
+    }
+
     pub(super) fn sweep(&mut self, x: &DVector<f64>) -> Option<Sweep> {
         let grid = self.grid.clone();
         self.sweep_on(&grid, x)

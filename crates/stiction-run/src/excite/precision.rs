@@ -5,11 +5,15 @@
 
 use super::objective::leading;
 use nalgebra::DMatrix;
+use std::iter::once;
 use stiction_identify::{BaseParameters, Kind, Parameter};
 
 /// Correlation of the errors of two parameters above which the parameters count as confounded.
 /// Identification uses the same limit.
 const CONFOUNDED: f64 = 0.95;
+/// Error of parameters that logs do not determine by themselves, in units of their scales: the
+/// relative error of inertias that identification expects of a model.
+const MODEL_ERROR: f64 = 0.3;
 
 /// Parameter or linear combination of parameters, with its expected standard deviation.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,11 +59,20 @@ impl Confounded {
     }
 }
 
-/// Returns the covariance matrix of the base parameters in units of their scales. `samples` is the
-/// number of log samples per sample in the information matrix. `None` if the information matrix is
-/// singular.
+/// Returns the covariance matrix of all parameters in units of their scales. `samples` is the number
+/// of log samples per sample in the information matrix. `None` if the information matrix of the
+/// base parameters is singular.
+///
+/// Inertias on which the efforts depend only through the normal loads, or only in combination with a
+/// leading parameter, have the uncertainty of the model, so that the standard deviations of
+/// friction contain theirs.
 fn covariance(information: &DMatrix<f64>, leaders: &[usize], samples: f64) -> Option<DMatrix<f64>> {
-    Some(leading(information, leaders).cholesky()?.inverse() / samples)
+    leading(information, leaders).cholesky()?;
+    let mut all = information * samples;
+    for k in (0..all.nrows()).filter(|k| !leaders.contains(k)) {
+        all[(k, k)] += MODEL_ERROR.powi(-2);
+    }
+    Some(all.cholesky()?.inverse())
 }
 
 /// Returns the expected standard deviations of all base parameters. `None` if the information
@@ -76,14 +89,22 @@ pub(super) fn expected(
     let mut all: Vec<(usize, Expected)> = base
         .combinations
         .iter()
-        .enumerate()
-        .map(|(row, combination)| {
+        .map(|combination| {
             let leader = &parameters[combination.leader];
+            let others = combination.others.iter().copied();
+            let own: Vec<(usize, f64)> = once((combination.leader, 1.0))
+                .chain(others)
+                .map(|(k, factor)| (k, factor * parameters[k].scale))
+                .collect();
+            let products = own.iter().flat_map(|(i, a)| {
+                let covariance = &covariance;
+                own.iter().map(move |(k, b)| a * b * covariance[(*i, *k)])
+            });
             let expected = Expected {
                 name: combination.words(parameters, 8),
                 alone: combination.others.is_empty(),
                 value: combination.value(&priors),
-                sigma: covariance[(row, row)].sqrt() * leader.scale,
+                sigma: products.sum::<f64>().sqrt(),
                 unit: leader.unit,
             };
             (combination.leader, expected)
@@ -103,17 +124,16 @@ pub(super) fn pairs(
 ) -> Vec<Confounded> {
     let leaders: Vec<usize> = base.combinations.iter().map(|c| c.leader).collect();
     let covariance = covariance(information, &leaders, 1.0);
-    let row = |k: usize| {
-        let alone = base.is_alone(k);
-        leaders.iter().position(|leader| *leader == k).filter(|_| alone)
-    };
+    let is_leader = |k: usize| base.is_alone(k) && leaders.contains(&k);
     let mut all = Vec::new();
     for (k, mu) in parameters.iter().enumerate() {
         let Kind::Mu(interface) = mu.kind else { continue };
         let other = parameters.iter().position(|p| p.kind == Kind::Coulomb(interface));
         let Some(other) = other else { continue };
-        let correlation = match (row(k), row(other), &covariance) {
-            (Some(i), Some(k), Some(c)) => c[(i, k)] / (c[(i, i)] * c[(k, k)]).sqrt(),
+        let correlation = match &covariance {
+            Some(c) if is_leader(k) && is_leader(other) => {
+                c[(k, other)] / (c[(k, k)] * c[(other, other)]).sqrt()
+            }
             _ => -1.0,
         };
         all.push(Confounded {

@@ -10,7 +10,7 @@ use stiction_core::mechanism::{JointId, Mechanism};
 use stiction_core::parameters::Parameters;
 use stiction_core::statics::newton_euler::NewtonEuler;
 use stiction_core::statics::{SingularityDistances, Statics};
-use stiction_identify::{Kind, Parameter, Regressor, Rest};
+use stiction_identify::{Kind, LoadSlopes, Parameter, Regressor, Rest};
 
 /// Evaluator of the singularity index of the actuation.
 #[derive(Clone, Debug)]
@@ -68,6 +68,9 @@ pub(super) struct Probe {
     nominal: Parameters<f64>,
     pub(super) limits: Limits,
     index: Index,
+    /// True if [`Reading::rows`] contain the friction by which each parameter acts through the normal
+    /// loads.
+    pub(super) through_loads: bool,
 }
 
 /// Result of an evaluation of the robot at one instant.
@@ -109,7 +112,7 @@ impl Probe {
             Case { engine: carrier.engine_parameters(&priors), data: carrier.engine_data() }
         });
         let (cases, nominal) = (cases.collect(), regressor.model().parameters().clone());
-        Self { cases, mu, nominal, limits, index, regressor }
+        Self { cases, mu, nominal, limits, index, through_loads: false, regressor }
     }
 
     /// Returns a copy of this evaluator for the mechanism with each payload in `loaded`.
@@ -160,6 +163,18 @@ impl Probe {
             own.copy_from(&columns.matrix);
             for &(column, interface) in &self.mu {
                 own.column_mut(column).scale_mut(solved.loads[interface]);
+            }
+            if self.through_loads {
+                let groups: Vec<Vec<usize>> = (0..own.ncols()).map(|k| vec![k]).collect();
+                let mut slopes = LoadSlopes::new(&self.regressor, &groups);
+                // Close to jamming, normal loads have no derivatives.
+                if let Ok(slopes) = slopes.at(&solved, (&case.engine, &case.data)) {
+                    for &(column, interface) in &self.mu {
+                        let coefficient = self.regressor.parameters()[column].prior;
+                        let friction = columns.matrix.column(column) * coefficient;
+                        own.ger(1.0, &friction, &slopes.row(interface).transpose(), 1.0);
+                    }
+                }
             }
             efforts.push(case.data.efforts().to_vec());
         }

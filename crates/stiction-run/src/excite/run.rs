@@ -152,10 +152,15 @@ pub fn excite(
     let (x, sweep) = held_between(&mut objective, &fine, now.x)?;
     let coarse_sweep = resumed(&mut objective, &x)?.sweep;
     let per_sample = settings.duration / step / fine.len() as f64;
-    let expected =
-        expected(&sweep.information, &base, &parameters, per_sample).ok_or_else(|| {
-            ExciteError::no_answer("the information matrix is singular", "choose fewer parameters")
-        })?;
+    let information = &objective
+        .sweep_through_loads(&fine, &x)
+        .ok_or_else(|| {
+            ExciteError::no_answer("the robot cannot follow the motion", "try another --seed")
+        })?
+        .information;
+    let expected = expected(information, &base, &parameters, per_sample).ok_or_else(|| {
+        ExciteError::no_answer("the information matrix is singular", "choose fewer parameters")
+    })?;
     let mut confounded = pairs(&sweep.information, &base, &parameters);
     if confounded.iter().any(Confounded::needs_payload) {
         suggest_payloads(model, settings, (&objective, &x, &parameters), &loaded, &mut confounded);

@@ -8,6 +8,7 @@ mod at_rest;
 mod chosen;
 mod closed_loop;
 mod delay;
+mod gear_losses;
 mod identified;
 mod missing;
 mod normal_loads;

@@ -5,6 +5,7 @@ use super::at_rest;
 use super::chosen::{chosen_efforts, refuse};
 use super::closed_loop;
 use super::delay::{self, Delay};
+use super::gear_losses::GearLosses;
 use super::identified::{Identified, Named, Prediction};
 use super::missing::{self, Missing};
 use super::normal_loads::fitted;
@@ -16,7 +17,6 @@ use super::structure::{combinations, structure};
 use super::torque_constants;
 use super::{IdentifyError, Progress};
 use nalgebra::DVector;
-use stiction_core::mechanism::Mechanism;
 use stiction_format::{Drives, ModelFile, Source};
 use stiction_identify::{
     Block, Estimate, Evidence, FitVerdict, Kind, Options, Parameter, Problem, Verdict,
@@ -88,11 +88,21 @@ fn fit(
     let mut parameters = parameters_of(&all[0], settings);
     let (options, body_bounds) = options(mechanism, &parameters, settings)?;
     let mut cautions: Vec<String> = all.iter().flat_map(|log| log.cautions.clone()).collect();
-    cautions.extend(gear_losses(mechanism, at_motors));
+    let lossy = if at_motors {
+        GearLosses::new(mechanism, &parameters, &options.held)
+    } else {
+        GearLosses::default()
+    };
+    cautions.extend(lossy.cautions(mechanism));
     let groups = free_groups(&parameters, &options);
+    // The structure of the parameters is that of the direct effects of inertia: the effects through
+    // the friction of loaded joints are weak, and would make every mass seem identifiable.
+    let has_friction =
+        |group: &&Vec<usize>| group.iter().any(|&k| parameters[k].kind.interface().is_some());
+    let frictions: Vec<Vec<usize>> = groups.iter().filter(has_friction).cloned().collect();
     let mut priors: Vec<f64> = parameters.iter().map(|p| p.prior).collect();
     for log in &mut all {
-        log.linearise(&priors, &groups).map_err(|why| without_forces(&log.name, &why))?;
+        log.linearise(&priors, &frictions).map_err(|why| without_forces(&log.name, &why))?;
     }
     torque_constants::start(&mut parameters, &mut all);
     scale_by_data(&mut parameters, &all);
@@ -155,7 +165,7 @@ fn fit(
         all = prepare(Some(&known))?;
         for log in &mut all {
             log.start_constants(&priors);
-            log.linearise(&priors, &groups).map_err(|why| without_forces(&log.name, &why))?;
+            log.linearise(&priors, &frictions).map_err(|why| without_forces(&log.name, &why))?;
             log.keep_prior(&prior);
             log.set_delays(&known);
         }
@@ -310,8 +320,12 @@ fn fit(
     if is_only_changed || (!is_settled && verdict == FitVerdict::Identified) {
         verdict = FitVerdict::FitsOnly;
     }
-    let identified =
-        stiction_identify::applied(mechanism, &parameters, &estimate.values, at_motors);
+    let identified = stiction_identify::applied(
+        mechanism,
+        &parameters,
+        &estimate.values,
+        (at_motors, &lossy.in_friction),
+    );
     Ok(Identified {
         verdict,
         cautions,
@@ -371,9 +385,7 @@ fn judge_bounds(
         if p.verdict == Verdict::Held {
             continue;
         }
-        if p.verdict == Verdict::Identified {
-            p.verdict = Verdict::FitsOnly;
-        }
+        p.verdict = Verdict::FitsOnly;
         let caution = format!(
             "{name} lies at its bound {}: without `bounds` in the options, its estimate would lie \
              beyond this value",
@@ -419,20 +431,6 @@ fn delays_of(all: &[Prepared], actuators: &[String], delays: &[[f64; 2]]) -> Vec
         is_corrected: true,
     })
     .collect()
-}
-
-/// Returns cautions on gears whose losses the regression does not contain.
-fn gear_losses(mechanism: &Mechanism, at_motors: bool) -> Vec<String> {
-    let lossy = mechanism.drive_trains().iter().filter(|train| train.losses().is_some());
-    let names: Vec<&str> = lossy.map(|train| train.name.as_str()).collect();
-    match at_motors && !names.is_empty() {
-        true => vec![format!(
-            "the efficiencies of the gears of {} are not applied: efforts measured at motors contain \
-             gear losses, which are identified as part of the joint friction",
-            names.join(", ")
-        )],
-        false => Vec::new(),
-    }
 }
 
 /// Returns doubts about signs and units of measured efforts. The flag is true for a doubt that

@@ -52,6 +52,27 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
+    /// Solves the balance for a wrench that a body requires as the only load, using the frictionless
+    /// matrix factorised by [`Self::factor_frictionless`], in `passes` passes.
+    pub(in crate::dynamics) fn apply_demand_alone(
+        &mut self,
+        plan: &BalancePlan,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        (body, wrench): (usize, Wrench<T>),
+        passes: usize,
+    ) {
+        let topology = &plan.topology;
+        self.constants.fill(T::zero());
+        self.cut_constants.fill(Wrench::zero());
+        if let Some(node) = topology.node_of_body[body] {
+            self.demand[node] = wrench;
+        }
+        accumulate(topology, &mut self.demand);
+        self.solve_factored(plan, parameters, bodies, passes);
+        self.demand.fill(Wrench::zero());
+    }
+
     /// Subtracts the wrenches of springs and bushings from the wrenches that the nodes require.
     fn load_springs(
         &mut self,

@@ -7,6 +7,7 @@ use super::Prepared;
 use super::filter::RowFilter;
 use super::pieces::{by_pieces, pieces, starting};
 use super::rows::{Assembled, Computed};
+use crate::identify::run::differences;
 use nalgebra::{DMatrix, DVector};
 use stiction_core::dynamics::Status;
 use stiction_identify::{Kind, LoadSlopes, Parameter, Regressor, Solved};
@@ -217,12 +218,15 @@ impl Prepared {
             return Ok(());
         }
         self.regressor.set_static_excess(values);
-        // Friction of a joint changes the normal loads, and thereby the friction, of other joints.
-        // Inertia also changes them, but this effect is small compared with the direct effect of
-        // inertia on the effort. It is neglected, because it would require one more solution for
-        // each inertial parameter. The next linearisation uses the changed loads.
-        let changes_loads = |group: &&Vec<usize>| parameters[group[0]].kind.interface().is_some();
+        // Friction of a joint, and inertia of bodies, change the normal loads of other joints, and
+        // thereby their friction.
+        let changes_loads = |group: &&Vec<usize>| {
+            group.iter().map(|&k| parameters[k].kind).any(|kind| {
+                kind.interface().is_some() || !self.regressor.loaded_bodies(kind).is_empty()
+            })
+        };
         let groups: Vec<Vec<usize>> = groups.iter().filter(changes_loads).cloned().collect();
+        let unknowns = differences(&parameters, values);
         let instants = self.instants_at(values, &groups)?;
         let mu = &self.mu;
         let layout = Layout {
@@ -257,7 +261,7 @@ impl Prepared {
                 for (number, group) in groups.iter().enumerate() {
                     let derivative = filtered[layout.group(number, channel)];
                     rows.matrix[(row, group[0])] += derivative;
-                    rows.right[row] += derivative * values[group[0]];
+                    rows.right[row] += derivative * unknowns[group[0]];
                 }
             }
         }
@@ -265,7 +269,7 @@ impl Prepared {
     }
 
     /// Computes the normal loads at all instants, and their derivatives with respect to `groups` of
-    /// friction parameters. An instant at which the forces have no solution has the loads of a
+    /// parameters. An instant at which the forces have no solution has the loads of a
     /// neighbouring instant, without derivatives. Fails if there are too many such instants.
     fn instants_at(&self, values: &[f64], groups: &[Vec<usize>]) -> Result<Vec<Instant>, String> {
         let (regressor, mu) = (&self.regressor, &self.mu);
