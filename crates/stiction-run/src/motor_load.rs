@@ -21,8 +21,6 @@ pub(crate) struct MotorLoad {
     pub(crate) supplied: Integral,
     /// Time, s, that the motor spends at speeds of each order of magnitude.
     speeds: Speeds,
-    /// Times of the first and the last sample, s.
-    span: Option<(f64, f64)>,
 }
 
 /// Speed, as a fraction of the peak speed, below which a motor counts as being at rest. A sticking
@@ -78,7 +76,6 @@ struct Reached {
 impl MotorLoad {
     /// Adds a sample at a time, s, with torque, N m, and speed, rad/s.
     pub(crate) fn add(&mut self, time: f64, torque: f64, speed: f64) {
-        self.span = Some((self.span.map_or(time, |(start, _)| start), time));
         let power = torque * speed;
         self.torque.add(time, torque);
         self.speed.add(time, speed);
@@ -89,16 +86,9 @@ impl MotorLoad {
         self.speeds.add(time, speed);
     }
 
-    /// Returns the mean of the integrated quantity over time, or its last value if the motion is a
-    /// single instant.
-    fn mean(&self, integral: &Integral) -> f64 {
-        let duration = self.span.map_or(0.0, |(start, end)| end - start);
-        if duration > 0.0 { integral.value / duration } else { integral.last() }
-    }
-
     /// Returns the root mean square of the torque over time, N m.
     pub(crate) fn rms(&self) -> f64 {
-        self.mean(&self.squares).sqrt()
+        self.squares.mean().sqrt()
     }
 
     /// Returns the fraction of the time in which the motor turns. A motor turns if its speed

@@ -151,16 +151,27 @@ impl Range {
 /// Integral of a sampled series over time by the trapezoidal rule.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Integral {
+    /// Time of the first sample, s.
+    start: f64,
     last: Option<(f64, f64)>,
     pub(crate) value: f64,
 }
 
 impl Integral {
     pub(crate) fn add(&mut self, time: f64, value: f64) {
-        if let Some((before, last)) = self.last {
-            self.value += 0.5 * (value + last) * (time - before);
+        match self.last {
+            Some((before, last)) => self.value += 0.5 * (value + last) * (time - before),
+            None => self.start = time,
         }
         self.last = Some((time, value));
+    }
+
+    /// Returns the mean of the series over time, or its last value if all samples are at one
+    /// instant; zero without samples.
+    pub(crate) fn mean(&self) -> f64 {
+        let Some((end, last)) = self.last else { return 0.0 };
+        let duration = end - self.start;
+        if duration > 0.0 { self.value / duration } else { last }
     }
 
     /// Returns the value of the series at the last added sample; zero without samples.

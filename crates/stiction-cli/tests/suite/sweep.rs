@@ -94,6 +94,43 @@ fn values_are_statistics_of_the_tables_of_inverse() {
 }
 
 /// The number of threads and the division into parts do not change any byte of the results.
+/// The root mean square of a motor's torque is that of `inverse`, which is taken over time: samples
+/// at both ends of a motion count half.
+#[test]
+fn the_rms_of_a_motor_is_that_of_inverse() {
+    let folder = Folder::new("sweep-motor");
+    let text = "
+        gravity = [0, 0, -9.81]
+        [bodies.carriage]
+        mass = 10
+        com = [0, 0, 0]
+        inertia = [0.1, 0.1, 0.1]
+        [joints.guide]
+        type = \"P\"
+        from = \"ground\"
+        to = \"carriage\"
+        axis = \"x\"
+        friction = { mu = 0.2 }
+        [actuators.M]
+        joint = \"guide\"
+        lead = \"10 mm/rev\"
+        efficiency = 0.9
+        [motions.m]
+        duration = 1
+        step = \"0.1 s\"
+        guide = \"0.1 m*t^3\"
+        [default]
+        motion = \"m\"";
+    folder.write("slide.toml", text);
+    let objective = ["--vary", "M.efficiency = [0.8]", "--objective", "rms(M.motor_torque)"];
+    run(&folder, &[&["sweep", "slide.toml", "-o", "s"], &objective[..]].concat());
+    let found = column(&folder.read("s/sweep.csv"), "rms(M.motor_torque) [N m]")[0];
+    let said = run(&folder, &["inverse", "slide.toml", "--set", "M.efficiency=0.8", "--json"]);
+    let summary: Value = serde_json::from_str(&said.out).unwrap();
+    let expected = summary["actuators"]["M"]["motor_torque"]["rms"].as_f64().unwrap();
+    assert!((found - expected).abs() < 1e-12 * expected, "{found} {expected}");
+}
+
 #[test]
 fn threads_and_merged_parts_give_the_same_bytes() {
     let folder = Folder::new("sweep-parts");

@@ -42,6 +42,12 @@ impl Column {
         owners.rev().find_map(flag).cloned()
     }
 
+    /// Returns true for the torque and the current of a motor, whose root mean squares are taken over
+    /// time, because they heat the motor.
+    pub(super) fn has_thermal_rms(&self) -> bool {
+        [".motor_torque", ".current"].into_iter().any(|what| self.name.ends_with(what))
+    }
+
     /// Returns the short name of the table, which distinguishes columns with equal names.
     pub(super) fn table(&self) -> &'static str {
         TABLES[self.table].trim_end_matches(".csv")

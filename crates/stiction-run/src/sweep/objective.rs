@@ -144,7 +144,7 @@ impl Reader<'_> {
         };
         Ok(Item {
             header: format!("{name}({}) [{unit}]", column.trim()),
-            statistic: Statistic::new(known),
+            statistic: Statistic::new(known, found.has_thermal_rms()),
             determined: found.determined(self.known),
             is_determined: true,
             column: found,

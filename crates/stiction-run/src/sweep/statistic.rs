@@ -7,7 +7,7 @@ use crate::statistics::{Integral, Size};
 pub(super) enum Function {
     /// Largest magnitude.
     Peak,
-    /// Root mean square of the samples.
+    /// Root mean square: of the samples, or over time for columns that heat a motor.
     Rms,
     /// Arithmetic mean of the samples.
     Mean,
@@ -61,12 +61,17 @@ pub(super) struct Statistic {
     last: f64,
     size: Size,
     integral: Integral,
+    /// Integral of the squares over time, for a mean square over time; `None` if samples have equal
+    /// weights.
+    squares: Option<Integral>,
     /// True if any sample so far was not a number; the statistic then has no value.
     is_lost: bool,
 }
 
 impl Statistic {
-    pub(super) fn new(function: Function) -> Self {
+    /// Creates a statistic before the first sample. The root mean square is taken over time if
+    /// `over_time`.
+    pub(super) fn new(function: Function, over_time: bool) -> Self {
         Self {
             function,
             count: 0,
@@ -76,6 +81,7 @@ impl Statistic {
             last: 0.0,
             size: Size::default(),
             integral: Integral::default(),
+            squares: over_time.then(Integral::default),
             is_lost: false,
         }
     }
@@ -89,13 +95,19 @@ impl Statistic {
         self.last = value;
         self.size.add(time, value);
         self.integral.add(time, value);
+        if let Some(squares) = &mut self.squares {
+            squares.add(time, value * value);
+        }
     }
 
     /// Returns the statistic; `None` without samples, or if a sample was not a number.
     pub(super) fn value(&self) -> Option<f64> {
         let value = match self.function {
             Function::Peak => self.least.abs().max(self.greatest.abs()),
-            Function::Rms => self.size.rms(),
+            Function::Rms => match &self.squares {
+                Some(squares) => squares.mean().sqrt(),
+                None => self.size.rms(),
+            },
             Function::Mean => self.sum / self.count as f64,
             Function::Min => self.least,
             Function::Max => self.greatest,
@@ -117,7 +129,7 @@ mod tests {
     #[test]
     fn statistics_of_three_samples() {
         let value = |function| {
-            let mut statistic = Statistic::new(function);
+            let mut statistic = Statistic::new(function, false);
             for (time, value) in [(0.0, 3.0), (1.0, -4.0), (3.0, 1.0)] {
                 statistic.add(time, value);
             }
@@ -130,11 +142,21 @@ mod tests {
         }
     }
 
+    /// The squares 9, 16, 1 have the integral 12.5 + 17 over 3 s.
+    #[test]
+    fn the_root_mean_square_over_time_weights_intervals() {
+        let mut statistic = Statistic::new(Function::Rms, true);
+        for (time, value) in [(0.0, 3.0), (1.0, -4.0), (3.0, 1.0)] {
+            statistic.add(time, value);
+        }
+        assert_eq!(statistic.value(), Some((29.5_f64 / 3.0).sqrt()));
+    }
+
     #[test]
     fn there_is_no_value_without_numbers() {
         for function in Function::ALL {
-            assert_eq!(Statistic::new(function).value(), None, "{function:?}");
-            let mut statistic = Statistic::new(function);
+            assert_eq!(Statistic::new(function, false).value(), None, "{function:?}");
+            let mut statistic = Statistic::new(function, false);
             statistic.add(0.0, f64::NAN);
             statistic.add(1.0, 2.0);
             assert_eq!(statistic.value(), None, "{function:?}");
@@ -146,7 +168,7 @@ mod tests {
     #[test]
     fn infinite_samples_have_a_peak_and_no_mean() {
         let value = |function| {
-            let mut statistic = Statistic::new(function);
+            let mut statistic = Statistic::new(function, false);
             statistic.add(0.0, f64::INFINITY);
             statistic.add(1.0, f64::NEG_INFINITY);
             statistic.value()
