@@ -199,6 +199,13 @@ impl Summary {
             let is_other = outcome.events.iter().any(|event| other(&event.kind));
             (is_other || is_examined).then_some(!is_other)
         };
+        let shares = |event: &Event| matches!(event.kind, EventKind::SharesNotUnique { .. });
+        let slides = |event: &Event| matches!(event.kind, EventKind::Slides { .. });
+        // A slip onset depends on the rule that distributes static friction, if this is not unique.
+        let mut after_shares = outcome.events.iter().skip_while(|event| !shares(event));
+        let by_rule = after_shares.any(slides);
+        let is_motion_unique = is_unique(&|kind| matches!(kind, EventKind::NotUnique { .. }));
+        let is_motion_unique = is_motion_unique.filter(|unique| !unique || !by_rule);
         let others: Vec<Value> =
             outcome.events.iter().filter_map(|event| self.others(event)).collect();
         let mut value = json!({
@@ -244,7 +251,7 @@ impl Summary {
             "events": self.count_events(&outcome.events),
             "verdicts": {
                 "shares_unique": is_unique(&|kind| matches!(kind, EventKind::SharesNotUnique { .. })),
-                "motion_unique": is_unique(&|kind| matches!(kind, EventKind::NotUnique { .. })),
+                "motion_unique": is_motion_unique,
                 "other_motions": others,
                 "start_rates_as_asked": !outcome.rates_changed,
                 "redundant": outcome.redundant,

@@ -249,3 +249,67 @@ fn friction_of_motors_has_units_of_rotations() {
     let line = out.lines().find(|line| line.starts_with("motor.motor ")).unwrap();
     assert!(line.ends_with(" N m"), "{line}");
 }
+
+/// The ball of a frame that cannot move sticks, while a prescribed motion moves a plate on it. The
+/// ball slid at the speed of round-off, with its full friction.
+#[test]
+fn a_ball_that_cannot_move_sticks_beside_a_prescribed_motion() {
+    let folder = Folder::new("forward-prescribed-frame");
+    let body = |name: &str, mass: f64, com: &str, at: &str| {
+        format!(
+            "[bodies.{name}]\nmass = {mass}\ncom = {com}\ninertia = [0.04, 0.04, 0.04]\n\
+             home = {{ position = {at} }}\n"
+        )
+    };
+    let bodies = [
+        body("frame", 1.2, "[0.1, 0.05, 0.2]", "[0, 0, 0]"),
+        body("strut", 1.0, "[0.1, 0, 0.1]", "[-0.3, 0.2, 0.4]"),
+        body("plate", 1.4, "[0.02, -0.05, 0.03]", "[0.4, 0.1, 0.3]"),
+    ];
+    let joints = "
+        [joints.foot]
+        type = \"S\"
+        from = \"ground\"
+        to = \"frame\"
+        friction = { mu = 0.25, radius = 0.02, preload = 5 }
+        [joints.cross]
+        type = \"U\"
+        from = \"ground\"
+        to = \"strut\"
+        at = [-0.3, 0.2, 0.4]
+        axis = [1, 0.3, 0]
+        second_axis = [-0.3, 1, 0]
+        [joints.pin]
+        type = \"R\"
+        from = \"strut\"
+        to = \"frame\"
+        at = [0.3, -0.1, 0.3]
+        to_at = [0, 0.1, 0.7]
+        axis = [0.3, 1, 0.2]
+        [joints.plane]
+        type = \"E\"
+        from = \"frame\"
+        to = \"plate\"
+        at = [0.4, 0.1, 0.3]
+        axis = [0.1, 0.2, 1]
+        actuated = [\"angle\"]
+        friction = { mu = 0.23, radius = 0.03 }
+        [joints.ball]
+        type = \"S\"
+        from = \"plate\"
+        to = \"ground\"
+        at = [0.2, 0.1, 0.1]
+        to_at = [0.6, 0.2, 0.4]
+        friction = { mu = 0.1, viscous = 3, radius = 0.029 }
+        [motions.m]
+        duration = 1
+        plane.angle = \"0.4 rad*(1 - cos(7*t))\"";
+    folder.write("frame.toml", &format!("gravity = [3, -2, -9]\n{}{joints}", bodies.concat()));
+    let run = ["forward", "frame.toml", "--prescribe", "plane.angle", "--report", "off", "-o", "."];
+    folder.stiction(&run).succeeds();
+    let friction = folder.read("friction.csv");
+    assert!(column(&friction, "foot.sticks").iter().all(|sticks| *sticks == 1.0));
+    let summary = json(&folder.read("summary.json"));
+    let error = summary["energy"]["error_relative"].as_f64().unwrap();
+    assert!(error < 1e-9, "{error}");
+}

@@ -6,7 +6,8 @@
 use super::checkpoint::Tape;
 use super::method_change::is_without_acceleration;
 use super::packing::parts;
-use super::{Energies, Simulation};
+use super::{Energies, REST, Simulation};
+use crate::forward::affine_friction::{InterfaceMode, norm};
 use crate::forward::data::FrictionDistribution;
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
@@ -171,7 +172,21 @@ impl<'a> Simulation<'a> {
         }
         copy.lists.push(y);
         copy.count_turns();
+        copy.show_onsets();
         Ok(())
+    }
+
+    /// Shows interfaces at their limit as sliding where they move: within the step that begins with
+    /// the slip onset, which keeps the modes of its start.
+    fn show_onsets(&mut self) {
+        let rest = REST * self.fastest;
+        for interface in &mut self.now.interfaces {
+            if let InterfaceMode::AtLimit(direction) = interface.interface
+                && norm(interface.velocity) > rest
+            {
+                interface.interface = InterfaceMode::Slides(direction);
+            }
+        }
     }
 
     /// Prepares the interpolation of the last step of `end`, at whose start `self` is, with the

@@ -14,6 +14,9 @@ use crate::forward::solve::Solved;
 
 /// Fraction of the squared rates below which the contradiction `y^T r` counts as round-off.
 const ROUND_OFF: f64 = 1e-6;
+/// Fraction of the largest right-hand side below which the contradiction counts as round-off.
+/// Right-hand sides contain prescribed accelerations, also while the mechanism is at rest.
+const ROUNDED: f64 = 1e-10;
 /// Relative component of a self-stress below which a DOF does not belong to the self-stress.
 const PART: f64 = 1e-6;
 
@@ -36,12 +39,13 @@ impl Forward {
             let each = rows.iter().zip(&stress.multipliers);
             // Right-hand sides are multiplied by the row scales, so multipliers are divided by
             // them.
-            let (mut sum, mut largest) = (0.0, 0.0_f64);
+            let (mut sum, mut right, mut largest) = (0.0, 0.0_f64, 0.0_f64);
             for (row, amount) in each {
                 sum += amount * row.right;
+                right = right.max((row.right * row.scale).abs());
                 largest = largest.max((amount / row.scale).abs());
             }
-            if sum.abs() <= ROUND_OFF * square * largest {
+            if sum.abs() <= (ROUND_OFF * square).max(ROUNDED * right) * largest {
                 continue;
             }
             let amount = |dof: &StickingDof| {

@@ -229,7 +229,13 @@ impl Forward {
                 break;
             }
             match self.verify(data, &mut trial, resting) {
-                Ok(Verdict::Stands(solved)) => return Ok(Choice { modes: trial, solved: *solved }),
+                Ok(Verdict::Stands(solved)) => {
+                    return Ok(self.without_idle_slip(
+                        data,
+                        Choice { modes: trial, solved: *solved },
+                        resting,
+                    ));
+                }
                 Ok(Verdict::Change(interface, mode)) => {
                     blocking = Some(interface);
                     trial[interface] = mode;
@@ -240,6 +246,34 @@ impl Forward {
             }
         }
         Err(NoModes { interface: blocking, unsolved: None })
+    }
+}
+
+impl Forward {
+    /// Returns a choice in which interfaces at rest stick that do not begin to slide in `choice`, as
+    /// far as this satisfies all friction laws. On the way to modes without contradiction, such an
+    /// interface may have slipped in place of another one; it would then slide at the velocity of
+    /// round-off, with its full friction.
+    fn without_idle_slip(&self, data: &Data, choice: Choice, resting: &[usize]) -> Choice {
+        let accelerated = self.accelerated_by(data, &choice.solved);
+        let mut trial = choice.modes.clone();
+        for &interface in resting {
+            if self.slip_onset(&accelerated, &choice.solved, interface).is_none() {
+                trial[interface] = InterfaceMode::Sticks;
+            }
+        }
+        while trial != choice.modes {
+            match self.verify(data, &mut trial, resting) {
+                Ok(Verdict::Stands(solved)) => return Choice { modes: trial, solved: *solved },
+                Ok(Verdict::Change(interface, _))
+                    if trial[interface] != choice.modes[interface] =>
+                {
+                    trial[interface] = choice.modes[interface];
+                }
+                _ => break,
+            }
+        }
+        choice
     }
 }
 
