@@ -166,9 +166,16 @@ impl Forward {
 
     /// Computes poses and twists of all bodies, and sliding velocities, at the state in `data`.
     pub(super) fn move_bodies(&self, data: &mut Data) {
+        let Data { state, bodies, .. } = data;
+        bodies.place(&self.topology, &self.parameters, &state.coordinates);
+        self.move_placed_bodies(data);
+    }
+
+    /// Computes twists of all bodies, and sliding velocities, at the state in `data`, at whose
+    /// coordinates the bodies are placed.
+    pub(super) fn move_placed_bodies(&self, data: &mut Data) {
         let (topology, parameters) = (&self.topology, &self.parameters);
         let Data { state, bodies, velocities, .. } = data;
-        bodies.place(topology, parameters, &state.coordinates);
         bodies.move_with(topology, &state.rates);
         velocities.clear();
         velocities.extend(surface_velocities(topology, parameters, bodies));

@@ -88,6 +88,11 @@ impl Projection {
         space.decompose(scaled, rows.rows.len(), model.columns.len(), DEPENDENT);
     }
 
+    /// Exchanges `bodies` with the bodies placed at the state of the last successful projection.
+    pub(super) fn swap_bodies(&mut self, bodies: &mut Bodies<f64>) {
+        core::mem::swap(&mut self.bodies, bodies);
+    }
+
     /// Returns the singularity index of the constraint rows, between zero and one.
     fn distance(&self) -> f64 {
         let sparse = self.sparse.as_ref().filter(|_| self.is_sparse);

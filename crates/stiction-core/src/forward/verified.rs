@@ -26,11 +26,13 @@ impl Forward {
         results: &ProgramResults<'_>,
         sums: &mut Vec<Wrench<f64>>,
     ) -> bool {
-        let sizes = instant.wrenches.iter().map(|wrench| self.size_of(*wrench));
+        sums.clear();
+        sums.push(Wrench::zero());
         let bodies = 1..instant.bodies.pose.len();
-        let demands = bodies.clone().map(|body| self.size_of(self.demand_of(data, instant, body)));
-        let largest = sizes.chain(demands).fold(0.0, f64::max);
-        self.moves_bodies(data, instant, MET * largest, sums)
+        sums.extend(bodies.map(|body| self.demand_of(data, instant, body)));
+        let sizes = instant.wrenches.iter().chain(&*sums).map(|wrench| self.size_of(*wrench));
+        let largest = sizes.fold(0.0, f64::max);
+        self.moves_bodies(instant, MET * largest, sums)
             && self.transmits_efforts((data, modes), instant, MET * largest, sums)
             && self.closes_loops(instant)
             && self.has_velocities_and_powers(data, instant, results, largest)
@@ -74,18 +76,9 @@ impl Forward {
         data.masses.bias_wrenches[body] + data.masses.inertia[body].times(change)
     }
 
-    /// Returns true if the joint wrenches cause the accelerations of all bodies.
-    fn moves_bodies(
-        &self,
-        data: &Data,
-        instant: &Instant,
-        least: f64,
-        missing: &mut Vec<Wrench<f64>>,
-    ) -> bool {
-        missing.clear();
-        missing.push(Wrench::zero());
-        let bodies = 1..instant.bodies.pose.len();
-        missing.extend(bodies.map(|body| self.demand_of(data, instant, body)));
+    /// Returns true if the joint wrenches cause the accelerations of all bodies. `missing` contains the
+    /// wrench that each body requires, and receives the wrench that it lacks.
+    fn moves_bodies(&self, instant: &Instant, least: f64, missing: &mut [Wrench<f64>]) -> bool {
         for (wrench, (predecessor, successor)) in instant.wrenches.iter().zip(&self.topology.ends) {
             missing[*successor] -= *wrench;
             missing[*predecessor] += *wrench;

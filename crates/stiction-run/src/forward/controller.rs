@@ -253,8 +253,9 @@ impl<'a> Controller<'a> {
                     .collect();
                 let at = |error| Error::ControllerAt { time: *time, error: Box::new(error) };
                 let locked = &self.locked;
+                let ahead = if self.before.is_some() { control.period } else { 0.0 };
                 model
-                    .move_to(&targets)
+                    .move_ahead(ahead, &targets)
                     .map_err(|error| at(of_locks(Error::Controller(error), locked)))?;
                 let forces =
                     model.solve(loads).map_err(|error| at(Error::ControllerForces(error)))?;

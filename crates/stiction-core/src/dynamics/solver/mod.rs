@@ -476,7 +476,20 @@ impl InverseDynamics {
     /// # Panics
     /// If the numbers of targets and prescribed coordinates differ.
     pub fn move_to(&mut self, targets: &[Target<f64>]) -> Result<(), AssemblyError> {
-        self.assembly.move_to(&self.parameters, targets)
+        self.move_ahead(0.0, targets)
+    }
+
+    /// Moves to new targets as [`Self::move_to`], where `ahead` seconds have passed since the
+    /// present configuration. Newton's method starts from this configuration extrapolated with its
+    /// rates, which saves steps if the targets move smoothly.
+    ///
+    /// # Errors
+    /// See [`Self::move_to`].
+    ///
+    /// # Panics
+    /// If the numbers of targets and prescribed coordinates differ.
+    pub fn move_ahead(&mut self, ahead: f64, targets: &[Target<f64>]) -> Result<(), AssemblyError> {
+        self.assembly.move_to(&self.parameters, ahead, targets)
     }
 
     /// Follows a motion in the same assembly mode from the time `from` of the present configuration

@@ -137,9 +137,6 @@ impl Simulation<'_> {
         if !is_used || !is_unique || !is_regular || !is_finite || !all_slide(&self.modes) {
             return false;
         }
-        // Where only inputs have changed, the motion of the bodies is known.
-        let Scratch { situation, is_placed, .. } = &mut *self.workspace;
-        *is_placed &= situation.state.coordinates == coordinates && situation.state.rates == rates;
         self.set_situation(time, (coordinates, rates, rest));
         // The factorisation of the last evaluation belongs to another state.
         self.workspace.solved_modes.clear();

@@ -441,7 +441,8 @@ impl Simulation<'_> {
         inputs: &mut dyn Inputs,
     ) -> Result<(), ForwardError> {
         let model = self.model;
-        let Scratch { situation, solved_modes, projection, is_placed, .. } = &mut *self.workspace;
+        let Scratch { situation, solved_modes, projection, is_placed, has_masses, .. } =
+            &mut *self.workspace;
         solved_modes.clear();
         *is_placed = false;
         let state = &mut situation.state;
@@ -454,6 +455,9 @@ impl Simulation<'_> {
         model.project_in(time, state, &situation.targets, held, projection)?;
         coordinates.copy_from_slice(&state.coordinates);
         rates.copy_from_slice(&state.rates);
+        projection.swap_bodies(&mut situation.bodies);
+        model.move_placed_bodies(situation);
+        (*is_placed, *has_masses) = (true, false);
         Ok(())
     }
 
@@ -515,7 +519,11 @@ impl Simulation<'_> {
         self.set_situation(time, (coordinates, rates, rest));
         let Scratch { situation, is_placed, has_masses, solved, solved_modes, loads, .. } =
             &mut *self.workspace;
-        model.update_data(situation, inputs);
+        if !*is_placed {
+            model.move_bodies(situation);
+        }
+        model.update_inputs(situation, inputs);
+        model.update_masses(situation);
         (*is_placed, *has_masses) = (true, false);
         solved_modes.clear();
         let known = Some(loads.at(time));
@@ -539,13 +547,14 @@ impl Simulation<'_> {
     }
 
     /// Sets time, state, bristle deflections and internal states of the inputs for the next
-    /// evaluation.
+    /// evaluation. The motion of the bodies remains known where only inputs have changed.
     pub(super) fn set_situation(
         &mut self,
         time: f64,
         (coordinates, rates, rest): (&[f64], &[f64], &[f64]),
     ) {
-        let Scratch { situation, .. } = &mut *self.workspace;
+        let Scratch { situation, is_placed, .. } = &mut *self.workspace;
+        *is_placed &= situation.state.coordinates == coordinates && situation.state.rates == rates;
         situation.time = time;
         situation.state.coordinates.copy_from_slice(coordinates);
         situation.state.rates.copy_from_slice(rates);

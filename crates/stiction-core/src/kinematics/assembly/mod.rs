@@ -246,8 +246,8 @@ impl Assembly {
     }
 
     /// Moves to new targets near the present ones by Newton's method from the present
-    /// configuration. Unlike [`Self::follow`], this method does not check that the assembly mode
-    /// stays the same.
+    /// configuration, extrapolated with its rates over `ahead` seconds. Unlike [`Self::follow`], this
+    /// method does not check that the assembly mode stays the same.
     ///
     /// # Errors
     /// See [`AssemblyError`]; after an error the configuration is unchanged.
@@ -257,6 +257,7 @@ impl Assembly {
     pub(crate) fn move_to(
         &mut self,
         parameters: &Parameters<f64>,
+        ahead: f64,
         targets: &[Target<f64>],
     ) -> Result<(), AssemblyError> {
         check_targets(&self.body_names, self.model.constraints.coordinates(), targets)?;
@@ -264,7 +265,17 @@ impl Assembly {
         self.before.clone_from(&self.state);
         self.passed.copy_from_slice(&self.targets);
         self.targets.copy_from_slice(targets);
-        let outcome = self.settle(parameters);
+        let extrapolates = ahead != 0.0 && self.is_determined();
+        if extrapolates {
+            let changes = self.step.iter_mut().zip(&self.state.rates);
+            changes.for_each(|(change, rate)| *change = ahead * rate);
+            self.state.advance(&self.model.topology, &self.step);
+        }
+        let mut outcome = self.settle(parameters);
+        if extrapolates && outcome.is_err() {
+            self.state.clone_from(&self.before);
+            outcome = self.settle(parameters);
+        }
         if outcome.is_err() {
             // The search ended with open loops, for which no forces are defined.
             self.state.clone_from(&self.before);
