@@ -138,7 +138,7 @@ impl C<'_> {
             ("WRENCH", if functions.need_wrenches() { "6" } else { "3" }.to_owned()),
             ("ANSWERS", super::answers(sizes, functions).to_string()),
             ("TREE", sizes.coordinates.to_string()),
-            ("LOOPS", u8::from(sizes.coordinates > sizes.prescribed).to_string()),
+            ("BOUNDED", u8::from(self.program.is_bounded()).to_string()),
             ("TUNABLES", sizes.tunables.to_string()),
             ("UNKNOWNS", sizes.unknowns.to_string()),
             ("POSITION_WORK", position.work.to_string()),

@@ -29,7 +29,8 @@ impl TestVector {
     /// efforts that the solver computes with friction coupled to the reactions. The first position
     /// of `signal` is the home position, from which the solver moves to each state. A state is
     /// skipped if the solver cannot reach it, if it is near a singular position, if a friction
-    /// interface is almost at rest, or if the efforts vanish. At most `20 count` states are tried,
+    /// interface is almost at rest, or if the efforts vanish. States at which friction may have
+    /// several solutions are used only if there are no others. At most `20 count` states are tried,
     /// so the result may contain fewer than `count` vectors.
     pub fn random(
         solver: &InverseDynamics,
@@ -46,9 +47,9 @@ impl TestVector {
         home.settings_mut().friction = FrictionMode::Converged;
         let width = 0.05 * home.mechanism().characteristic_length().min(1.0);
         let clear = CLEAR.min(0.5 * index(&home));
-        let mut found = Vec::with_capacity(count);
+        let (mut unique, mut others) = (Vec::with_capacity(count), Vec::new());
         for k in 0..20 * count {
-            if found.len() == count {
+            if unique.len() == count || unique.is_empty() && others.len() == count {
                 break;
             }
             let (speed, push) = if k % 4 == 3 { extremes(&mut random) } else { (1.0, 1.0) };
@@ -58,8 +59,13 @@ impl TestVector {
                 acceleration: 10.0 * push * random.number(),
             };
             let targets: Vec<Target<f64>> = signal[k % signal.len()].iter().map(about).collect();
-            found.extend(Self::at((&home, first), &targets, clear));
+            match Self::at((&home, first), &targets, clear) {
+                Some((vector, true)) => unique.push(vector),
+                Some((vector, false)) => others.push(vector),
+                None => {}
+            }
         }
+        let mut found = if unique.is_empty() { others } else { unique };
         // If all efforts of a state vanish by coincidence, they provide no scale for rounding
         // errors.
         let mut sizes: Vec<f64> = found.iter().map(Self::largest).collect();
@@ -75,12 +81,13 @@ impl TestVector {
     }
 
     /// Creates the test vector for the prescribed values `targets`, to which the solver moves from
-    /// the home position. Returns `None` if the state is not suitable, see [`Self::random`].
+    /// the home position. The second value is true if friction certainly has a single solution.
+    /// Returns `None` if the state is not suitable, see [`Self::random`].
     fn at(
         (home, start): (&InverseDynamics, &[Target<f64>]),
         targets: &[Target<f64>],
         clear: f64,
-    ) -> Option<Self> {
+    ) -> Option<(Self, bool)> {
         let mut solver = home.clone();
         // The solver moves along a straight line, as the generated code does, because a jump may
         // end in another assembly mode.
@@ -101,12 +108,16 @@ impl TestVector {
         let moves = targets.iter().any(|target| target.rate.abs() >= MOVES);
         let slide = fastest == 0.0 || moving.all(|part| !(NEVER..=SLIDES).contains(&part));
         let of = |f: fn(&Target<f64>) -> f64| targets.iter().map(f).collect();
-        (is_clear && moves && slide && !creeps(forces)).then(|| Self {
+        if !is_clear || !moves || !slide || creeps(forces) {
+            return None;
+        }
+        let vector = Self {
             positions: of(|target| target.value),
             rates: of(|target| target.rate),
             accelerations: of(|target| target.acceleration),
             efforts: forces.efforts.clone(),
-        })
+        };
+        Some((vector, solver.coupling().is_some_and(|bound| bound < 1.0)))
     }
 }
 

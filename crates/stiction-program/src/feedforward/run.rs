@@ -117,6 +117,16 @@ impl Feedforward {
         Err(before)
     }
 
+    /// Returns true if the loops cannot be closed at a value of the first prescribed coordinate far
+    /// from the home position. A screw and a guide in a loop close at any value.
+    pub(crate) fn is_bounded(&self) -> bool {
+        let mut far = vec![0.0; self.sizes.prescribed];
+        if let Some(first) = far.first_mut() {
+            *first = 1e30;
+        }
+        self.close(&mut self.memory(), &far).is_err()
+    }
+
     /// Computes actuator forces with friction at positions, rates and accelerations of the
     /// prescribed coordinates. The loop closure starts from the last position.
     ///

@@ -8,7 +8,7 @@ mod fmu;
 mod functions;
 mod speed;
 
-use crate::common::{Loop, Robot, gallery_loop, model};
+use crate::common::{Loop, Robot, gallery_loop, machine, model};
 use compiler::{Code, SANITIZERS, STRICT};
 use stiction_program::emit::{Labels, Language, Precision, SourceOptions, TestVector};
 use stiction_program::{Feedforward, Tunable};
@@ -127,6 +127,13 @@ fn generated_c_of_an_open_chain_reproduces_the_solver() {
         P = \"0.3 + 0.1*sin(2*pi*t)\"";
     let robot = Loop::of(Robot::of(&model("open chain", text), None)).unwrap();
     check_robot("open-chain", &robot, 50, true);
+}
+
+/// The loop of a screw and a guide closes at every position.
+#[test]
+fn generated_c_of_a_screw_and_a_guide_reproduces_the_solver() {
+    let friction = "{ mu = 0.1, radius = \"10 mm\", flank_angle = \"15 deg\" }";
+    check_robot("screw", &machine("screw", friction), 50, false);
 }
 
 /// At this level of optimisation, compilers follow the sizes of arrays, which are zero for chains

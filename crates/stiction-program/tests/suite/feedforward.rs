@@ -1,7 +1,7 @@
 //! Programs for control loops compared with the general solver, with the actuators' coordinates as
 //! inputs.
 
-use crate::common::{Loop, Robot, gallery_loop, model};
+use crate::common::{Loop, gallery_loop, machine};
 use stiction_core::dynamics::{FrictionMode, InverseDynamics, Settings, Status};
 use stiction_core::kinematics::Target;
 use stiction_core::mechanism::{Body, BodyId};
@@ -142,53 +142,6 @@ fn a_feedforward_program_tells_why_there_is_no_answer() {
     let ground = Tunable::Payload(BodyId(0));
     let refused = Feedforward::record(&robot.solver, &robot.signal, &[ground]).unwrap_err();
     assert_eq!(refused, RecordError::NoTunable(ground));
-}
-
-/// A slide, two hinges of which the second has a collar, and a screw that a guide prevents from
-/// turning, with `friction` at the joint in question.
-fn machine(kind: &str, friction: &str) -> Loop {
-    let body = |name: &str, com: f64| {
-        format!(
-            "[bodies.{name}]\nmass = \"10 kg\"\ncom = [\"{com} m\", 0, 0]\n\
-             inertia = [\"0.1 kg m^2\", \"0.2 kg m^2\", \"0.25 kg m^2\"]\n"
-        )
-    };
-    let parts = match kind {
-        "slide" => {
-            body("block", 0.0)
-                + "[joints.x]\ntype = \"P\"\nfrom = \"ground\"\nto = \"block\"\naxis = \"x\"\n\
-                   actuated = true\nfriction = "
-                + friction
-        }
-        "wrist" => {
-            body("arm", 0.2)
-                + &body("hand", 0.1)
-                + "[joints.x]\ntype = \"R\"\nfrom = \"ground\"\nto = \"arm\"\naxis = \"y\"\n\
-                   actuated = true\n\
-                   [joints.y]\ntype = \"R\"\nfrom = \"arm\"\nto = \"hand\"\nat = [\"0.4 m\", 0, 0]\n\
-                   axis = \"z\"\nactuated = true\nfriction = "
-                + friction
-        }
-        _ => {
-            body("spindle", 0.0)
-                + &body("nut", 0.01)
-                + "[joints.x]\ntype = \"R\"\nfrom = \"ground\"\nto = \"spindle\"\naxis = \"z\"\n\
-                   actuated = true\n\
-                   [joints.guide]\ntype = \"P\"\nfrom = \"ground\"\nto = \"nut\"\naxis = \"z\"\n\
-                   at = [\"0.2 m\", 0, 0]\nto_at = [\"0.2 m\", 0, 0]\n\
-                   friction = { mu = 0.05, bending_span = \"0.1 m\" }\n\
-                   [joints.screw]\ntype = \"H\"\nfrom = \"spindle\"\nto = \"nut\"\naxis = \"z\"\n\
-                   pitch = \"10 mm/rev\"\nfriction = "
-                + friction
-        }
-    };
-    let unit = if kind == "slide" { "m" } else { "rad" };
-    let second = if kind == "wrist" { "y = \"0.3 rad*t\"\n" } else { "" };
-    let text = format!(
-        "gravity = [0, 0, \"-9.81 m/s^2\"]\n{parts}\n[motions.m]\nduration = \"1 s\"\n\
-         x = \"0.1 {unit}*t\"\n{second}[loads.none]\n[default]\nmotion = \"m\"\nload = \"none\"\n"
-    );
-    Loop::of(Robot::of(&model(kind, &text), None)).unwrap()
 }
 
 /// Programs contain all branches and terms of the friction laws and of the normal loads, also those

@@ -9,8 +9,8 @@
 
 #define COORDINATES @GUARD@_COORDINATES
 #define DRIVES @GUARD@_ACTUATORS
-/* 1 if the mechanism has loops. */
-#define LOOPS @LOOPS@
+/* 1 if loops keep the first coordinate from values far away. */
+#define BOUNDED @BOUNDED@
 #define NUMBERS (3 * COORDINATES + DRIVES)
 
 /* Largest difference, relative to the largest effort of the sample. */
@@ -44,8 +44,7 @@ static int read_row(FILE *file, double *numbers)
     return 1;
 }
 
-/* Returns 1 if NaN and positions out of reach are rejected and efforts remain finite. Without loops, every position is
-   within reach. */
+/* Returns 1 if NaN and positions out of reach are rejected and efforts remain finite. */
 static int refuses_bad_input(@NAME@_state *state, const @NAME@_real *q)
 {
     const @NAME@_real zero = 0;
@@ -64,10 +63,9 @@ static int refuses_bad_input(@NAME@_state *state, const @NAME@_real *q)
             return 0;
         }
     }
-    /* A position far out of reach. */
     bad[0] = (@NAME@_real)1e30;
     k = @NAME@_ff(NULL, state, bad, still, still, tau, NULL);
-    return (k < 0 || !LOOPS) && tau[0] - tau[0] == 0;
+    return (k < 0 || !BOUNDED) && tau[0] - tau[0] == 0;
 }
 
 int main(int count, char **arguments)
