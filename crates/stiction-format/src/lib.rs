@@ -136,6 +136,7 @@ mod parameters;
 mod pattern;
 mod quantity;
 mod read;
+mod separated;
 mod signal;
 mod source;
 mod triangles;

@@ -110,11 +110,10 @@ pub enum Error {
         /// End of the motion, s.
         end: f64,
     },
-    /// Static friction is not computed at this time, because the mechanism is singular, or because
-    /// constraints and actuators are both redundant.
+    /// Static friction is not computed at this time.
     #[error(
-        "at t = {time} s the mechanism is singular, or both its constraints and its actuators are \
-         redundant: static friction is not computed there"
+        "at t = {time} s the mechanism is singular, or friction has no accurate solution: static \
+         friction is not computed there"
     )]
     NoStaticFriction {
         /// Time without a result for static friction, s.

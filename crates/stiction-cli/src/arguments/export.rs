@@ -129,7 +129,7 @@ pub(crate) struct PlantOptions {
     /// The load that acts inside the plant: its name in the model, or assignments [default: that of the model]
     #[arg(long, value_name = "LOAD", requires = "plant")]
     pub(crate) load: Option<String>,
-    /// Joint friction [default: that of the model, else on]
+    /// Friction of joints, motors and gears [default: that of the model, else on]
     #[arg(long, value_name = "FRICTION", requires = "plant")]
     pub(crate) friction: Option<Switch>,
     /// Relative error of an integration step [default: 1e-10]

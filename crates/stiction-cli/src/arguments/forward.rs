@@ -56,7 +56,7 @@ pub(crate) struct Forward {
     pub(crate) stop: Vec<String>,
     #[command(flatten)]
     pub(crate) sampling: Sampling,
-    /// Joint friction [default: that of the model, else on]
+    /// Friction of joints, motors and gears [default: that of the model, else on]
     #[arg(long, value_name = "MODE")]
     pub(crate) friction: Option<Switch>,
     /// Integration scheme: event-driven, time-stepping, or automatic (event-driven with time-stepping as

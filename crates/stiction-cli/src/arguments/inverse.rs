@@ -25,8 +25,8 @@ pub(crate) struct Inverse {
     /// A load: its name in the model, or assignments like "platform.fz = -100 N"; repeatable
     #[arg(long, value_name = "LOAD")]
     pub(crate) load: Vec<String>,
-    /// Joint friction: coupled with the reactions (on), computed once from frictionless reactions (one-pass), or none
-    /// (off) [default: that of the model, else on]
+    /// Friction of joints, motors and gears: coupled with the reactions (on), computed once from frictionless reactions
+    /// (one-pass), or none (off) [default: that of the model, else on]
     #[arg(long, value_name = "MODE")]
     pub(crate) friction: Option<Friction>,
     #[command(flatten)]
@@ -83,8 +83,8 @@ pub(crate) struct Compare {
     /// each model]
     #[arg(long, value_name = "LOAD")]
     pub(crate) load: Option<String>,
-    /// Joint friction: coupled with the reactions (on), computed once from frictionless reactions (one-pass), or none
-    /// (off) [default: that of each model, else on]
+    /// Friction of joints, motors and gears: coupled with the reactions (on), computed once from frictionless reactions
+    /// (one-pass), or none (off) [default: that of each model, else on]
     #[arg(long, value_name = "MODE")]
     pub(crate) friction: Option<Friction>,
     #[command(flatten)]
@@ -146,8 +146,8 @@ pub(crate) struct Sweep {
     /// The load of all designs: its name in the model, or assignments [default: that of the model]
     #[arg(long, value_name = "LOAD")]
     pub(crate) load: Option<String>,
-    /// Joint friction: coupled with the reactions (on), computed once from frictionless reactions (one-pass), or none
-    /// (off) [default: that of the model, else on]
+    /// Friction of joints, motors and gears: coupled with the reactions (on), computed once from frictionless reactions
+    /// (one-pass), or none (off) [default: that of the model, else on]
     #[arg(long, value_name = "MODE")]
     pub(crate) friction: Option<Friction>,
     #[command(flatten)]

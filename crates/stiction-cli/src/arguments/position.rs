@@ -141,7 +141,7 @@ pub(crate) struct Linearize {
     /// Joints that are locked; they need no actuator
     #[arg(long, value_name = "JOINT", value_delimiter = ',')]
     pub(crate) hold: Vec<String>,
-    /// Joint friction [default: that of the model, else on]
+    /// Friction of joints, motors and gears [default: that of the model, else on]
     #[arg(long, value_name = "MODE")]
     pub(crate) friction: Option<Switch>,
     /// Write A.csv, B.csv, C.csv, D.csv and linearize.json into this folder

@@ -384,3 +384,15 @@ fn a_defect_at_the_end_of_a_long_recording_has_its_place() {
     let said = folder.stiction(&["inverse", "four-bar", "--motion", "turn.csv"]);
     said.fails(2, &["motion:1:1", "the file cannot be read: it is not UTF-8 text: in line 18002"]);
 }
+
+/// The spin of a rod between balls matters only if its centre of mass is off the axis.
+#[test]
+fn a_rod_whose_centre_of_mass_is_off_its_axis_is_refused_with_the_distance() {
+    let folder = Folder::new("rods");
+    let with = |x: &str| {
+        let set = format!("legs.rod.com=[{x}, 0, \"-rod/2\"]");
+        folder.stiction(&["inverse", "delta", "--set", &set])
+    };
+    with("\"0.2 mm\"").fails(2, &["its centre of mass is 0.20 mm off this axis"]);
+    with("1e-9").succeeds();
+}

@@ -23,8 +23,12 @@ pub enum Warning {
     },
     /// The inertia of a body does not fit its mass and the distances between its joints.
     #[error(
-        "the inertia of body `{body}` is that of a ring of radius {radius:.3e} m, but the body's \
-         joints and centre of mass lie {extent:.3e} m apart: are the units of the inertia right?"
+        "the inertia of body `{body}` is that of a ring of radius {radius:.3e} m, but {what} \
+         {extent:.3e} m: are the units of the inertia right?",
+        what = match coincide {
+            true => "the characteristic length of the mechanism is",
+            false => "the greatest distance between the body's joints and centre of mass is",
+        }
     )]
     UnlikelyInertia {
         /// Name of the body.
@@ -34,6 +38,8 @@ pub enum Warning {
         /// Greatest distance between joints and centre of mass of the body, m; the characteristic
         /// length if all these points coincide.
         extent: f64,
+        /// True if all these points coincide.
+        coincide: bool,
     },
     /// The mass of a body exceeds that of a gold cube of the body's size.
     #[error(
@@ -136,7 +142,8 @@ impl Mechanism {
                 let [thinnest, widest] = if points.len() > 2 { LINKS } else { ENDS };
                 if radius < extent * thinnest || radius > own.max(length) * widest {
                     let body = body.name.clone();
-                    warnings.push(Warning::UnlikelyInertia { body, radius, extent });
+                    let coincide = own == 0.0;
+                    warnings.push(Warning::UnlikelyInertia { body, radius, extent, coincide });
                 }
             }
             if body.mass == 0.0 && largest > 0.0 {

@@ -1,8 +1,9 @@
 //! Changes of single values of a document, written as `platform.mass = 2 kg`.
 
-use super::{Document, Key, Node, Table, Text, Value, change_leg, convert};
+use super::{Document, Key, MOST_LEVELS, Node, Table, Text, Value, change_leg, convert};
 use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean, or, quoted};
 use crate::fields::tables::{LEGS, MODEL};
+use crate::separated::split_outside;
 use crate::source::{Place, Source, Span};
 use std::sync::Arc;
 use toml::de::DeTable;
@@ -47,7 +48,7 @@ fn change(source: &Arc<Source>, root: &mut Table, line: &str, begin: usize) -> O
                 .help("for example `bodies.platform.mass=2kg`"),
         );
     };
-    let value = read_value(value, begin + path.len() + 1);
+    let value = read_value(value, begin + path.len() + 1, MOST_LEVELS);
     let at = begin + path.len() - path.trim_start().len();
     let span = at..at + path.trim().len();
     let names = segments(path.trim());
@@ -142,9 +143,10 @@ pub(crate) fn segments(path: &str) -> Vec<String> {
     parts.iter().map(|part| part.trim().to_owned()).collect()
 }
 
-/// Parses the value of a change as TOML. Text that is not valid TOML is read as an unquoted string.
-/// `begin` is the byte offset of `written`.
-fn read_value(written: &str, begin: usize) -> Value {
+/// Parses the value of a change as TOML. Text that is not valid TOML is read as an unquoted string, or
+/// as a list of such texts.
+/// `begin` is the byte offset of `written`, and `levels` the largest number of nested lists.
+fn read_value(written: &str, begin: usize, levels: usize) -> Value {
     const KEY: &str = "v=";
     let text = format!("{KEY}{written}");
     if let Ok(table) = DeTable::parse(&text)
@@ -158,6 +160,19 @@ fn read_value(written: &str, begin: usize) -> Value {
     let start = begin + written.len() - written.trim_start().len();
     let content = written.trim().to_owned();
     let span = start..start + content.len();
+    // Entries of a list need no quotes either.
+    let list = content.strip_prefix('[').and_then(|rest| rest.strip_suffix(']'));
+    if let Some(inner) = list.filter(|_| levels > 0)
+        && let Some(mut items) = split_outside(inner, &(0..inner.len()), ',')
+    {
+        // A comma may follow the last entry.
+        items.pop_if(|last| inner.get(last.clone()).is_some_and(|text| text.trim().is_empty()));
+        let items = items.into_iter().map(|item| {
+            let text = inner.get(item.clone()).unwrap_or_default();
+            read_value(text, start + 1 + item.start, levels - 1)
+        });
+        return Value { span, node: Node::List(items.collect()) };
+    }
     Value { span, node: Node::Text(Text { content, start: Some(start) }) }
 }
 
@@ -216,16 +231,21 @@ impl Target<'_> {
             return self.in_table(root, !NAMED.contains(&first) && first != "legs", first);
         }
         let mut known: Vec<String> = Vec::new();
-        let mut value = None;
+        let mut within = None;
         for kind in NAMED {
             let Some(table) = table_of(root, kind) else { continue };
+            // Names may contain dots.
+            let begins =
+                |name: &str| (1..=self.path.len()).any(|n| self.path[..n].join(".") == name);
+            let has_part = table.entries.iter().any(|(key, _)| begins(&key.name));
             match self.in_table(table, false, kind) {
                 Outcome::Set => return Outcome::Set,
                 // A parameter may have the name of a body.
-                Outcome::NotATable { name, .. } => value = Some(name),
-                Outcome::Unknown { .. } => {
-                    known.extend(table.entries.iter().map(|(key, _)| key.name.clone()));
-                }
+                outcome if has_part => match (&within, &outcome) {
+                    (Some(Outcome::Unknown { .. }), _) => {}
+                    _ => within = Some(outcome),
+                },
+                _ => known.extend(table.entries.iter().map(|(key, _)| key.name.clone())),
             }
         }
         if let Some(outcome) = self.in_one_leg(root) {
@@ -237,8 +257,12 @@ impl Target<'_> {
                 outcome => return outcome,
             }
         }
-        if let Some(name) = value {
-            return Outcome::NotATable { name, others: known };
+        match within {
+            Some(Outcome::NotATable { name, .. }) if name == first => {
+                return Outcome::NotATable { name, others: known };
+            }
+            Some(outcome) => return outcome,
+            None => {}
         }
         known.extend(MODEL.iter().map(|field| field.key.to_owned()));
         Outcome::Unknown { name: first.to_owned(), known }

@@ -4,6 +4,7 @@
 use super::context::Context;
 use crate::diagnostic::{Diagnostic, quoted};
 use crate::document::{Key, Node, Table, Text, Value};
+use crate::separated::split;
 use crate::source::Span;
 
 /// Reads all assignments in the context's text into a table. Names with dots address nested tables,
@@ -37,13 +38,28 @@ pub(crate) fn read(context: &Context<'_>) -> Table {
             continue;
         }
         let value = read_value(text, value);
-        if let Err(first) = insert(&mut table, segments(text, &key), value) {
+        if let Err(Conflict { first, of }) = insert(&mut table, segments(text, &key), value) {
             let name = quoted(text.get(key.clone()).unwrap_or_default());
+            let (message, here, help) = match of {
+                Overlap::Name => {
+                    (format!("{name} is given twice"), "again here", "give each name once")
+                }
+                Overlap::EarlierParts => (
+                    format!("{name} cannot be given together with its parts"),
+                    "this name",
+                    "give either the whole or its parts",
+                ),
+                Overlap::EarlierWhole => (
+                    format!("{name} cannot be given together with the whole"),
+                    "this part",
+                    "give either the whole or its parts",
+                ),
+            };
             context.push(
-                Diagnostic::error("duplicate", format!("{name} is given twice"))
-                    .at(context.place(&key), "again here")
+                Diagnostic::error("duplicate", message)
+                    .at(context.place(&key), here)
                     .also(context.place(&first), "first here")
-                    .help("give each name once"),
+                    .help(help),
             );
         }
     }
@@ -62,9 +78,26 @@ fn segments(text: &str, key: &Span) -> Vec<Key> {
         .collect()
 }
 
-/// Inserts a value under a dotted name, given as a path of keys. If this name already has a value,
-/// returns the place of the earlier name as an error.
-fn insert(table: &mut Table, path: Vec<Key>, value: Value) -> Result<(), Span> {
+/// Earlier name with which a name cannot be given, and what the two have in common.
+struct Conflict {
+    first: Span,
+    of: Overlap,
+}
+
+enum Overlap {
+    /// Both names are equal.
+    Name,
+    /// The earlier names are parts of the name, as `j.angle` is a part of `j`.
+    EarlierParts,
+    /// The name is a part of the earlier name.
+    EarlierWhole,
+}
+
+/// Inserts a value under a dotted name, given as a path of keys.
+///
+/// # Errors
+/// If this name, a part of it or its whole already has a value.
+fn insert(table: &mut Table, path: Vec<Key>, value: Value) -> Result<(), Conflict> {
     let mut table = table;
     let mut path = path.into_iter().peekable();
     let mut value = Some(value);
@@ -83,9 +116,18 @@ fn insert(table: &mut Table, path: Vec<Key>, value: Value) -> Result<(), Span> {
             }
         };
         match table.entries.get_mut(index).map(|(first, value)| (first, &mut value.node)) {
-            Some((first, _)) if last && known.is_some() => return Err(first.span.clone()),
+            Some((first, node)) if last && known.is_some() => {
+                let of = if matches!(node, Node::Table(_)) {
+                    Overlap::EarlierParts
+                } else {
+                    Overlap::Name
+                };
+                return Err(Conflict { first: first.span.clone(), of });
+            }
             Some((_, Node::Table(inner))) => table = inner,
-            Some((first, _)) if !last => return Err(first.span.clone()),
+            Some((first, _)) if !last => {
+                return Err(Conflict { first: first.span.clone(), of: Overlap::EarlierWhole });
+            }
             _ => break,
         }
     }
@@ -115,45 +157,6 @@ fn string(text: &str, span: Span) -> Value {
         .map_or((content, span.start), |inner| (inner, span.start + 1));
     let node = Node::Text(Text { content: inner.0.to_owned(), start: Some(inner.1) });
     Value { span, node }
-}
-
-/// Splits a range at separators outside quotes and brackets, or at all separators if quotes or
-/// brackets do not match.
-fn split(text: &str, range: &Span, separator: char) -> Vec<Span> {
-    split_outside(text, range, separator).unwrap_or_else(|| {
-        let mut start = range.start;
-        let content = text.get(range.clone()).unwrap_or_default();
-        content
-            .split(separator)
-            .map(|part| {
-                let span = start..start + part.len();
-                start = span.end + separator.len_utf8();
-                span
-            })
-            .collect()
-    })
-}
-
-fn split_outside(text: &str, range: &Span, separator: char) -> Option<Vec<Span>> {
-    let mut parts = Vec::new();
-    let (mut start, mut depth, mut quote) = (range.start, 0u32, None);
-    for (at, c) in text.get(range.clone()).unwrap_or_default().char_indices() {
-        let at = range.start + at;
-        match (quote, c) {
-            (Some(open), c) if open == c => quote = None,
-            (Some(_), _) => {}
-            (None, '"' | '\'') => quote = Some(c),
-            (None, '(' | '[' | '{') => depth += 1,
-            (None, ')' | ']' | '}') => depth = depth.checked_sub(1)?,
-            (None, c) if c == separator && depth == 0 => {
-                parts.push(start..at);
-                start = at + c.len_utf8();
-            }
-            _ => {}
-        }
-    }
-    parts.push(start..range.end);
-    (depth == 0 && quote.is_none()).then_some(parts)
 }
 
 /// Returns the range without the white space at both ends of its text.

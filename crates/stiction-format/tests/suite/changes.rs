@@ -63,11 +63,26 @@ fn a_defective_change_is_shown() {
         ("=", "the model has no ``"),
         ("legs.rod.mass=1", "legs"),
         ("cranc.mass=1", "did you mean `crank`?"),
+        ("tool.com.0=1", "the model has no `com.0`"),
+        ("tool.com.0=1", "did you mean `com.1`"),
     ] {
         let message = message(change);
         assert!(message.contains(says), "{change}: {message}");
         assert!(message.contains("--set:2:"), "{change}: {message}");
     }
+}
+
+/// Lists need no quotes around their entries, as single values need none.
+#[test]
+fn entries_of_a_list_need_no_quotes() {
+    let com = |list: &str| {
+        let model = changed("five-bar", &[&format!("tool.com={list}")]).unwrap();
+        model.mechanism.bodies()[model.mechanism.body_id("tool").unwrap().0].com.to_array()
+    };
+    assert_eq!(com("[20 mm, 3cm, 0]"), [0.02, 0.03, 0.0]);
+    assert_eq!(com("[\"20 mm\", 0.5*crank, 0]"), [0.02, 0.1, 0.0]);
+    let nested = "[".repeat(10_000);
+    assert!(changed("five-bar", &[&format!("tool.com={nested}")]).is_err());
 }
 
 /// A key without the tables that contain it is refused with whole paths, which can be changed.

@@ -84,7 +84,7 @@ fn rest_at(job: &Job<'_>, follower: &mut Follower<'_>) -> Result<Findings, Error
     let mut loads = Vec::new();
     job.loads_at_rest(time, &mut loads)?;
     let rest = solver.rest(&loads).map_err(|error| match error {
-        InverseError::Unsettled => Error::NoStaticFriction { time },
+        InverseError::Unsettled | InverseError::Singular => Error::NoStaticFriction { time },
         error => Error::Forces { time, error },
     })?;
     let statics = solver.statics();

@@ -42,7 +42,8 @@ pub fn sdf(home: &Home<'_>) -> Result<Sdf, Unfit> {
     let lacks =
         |joint: &&Joint| joint.joint_type != JointType::Free && word(joint.joint_type).is_none();
     if let Some(joint) = mechanism.joints().iter().find(lacks) {
-        return Err(Unfit::NoSuchJoint { joint: joint.name.clone(), format: "SDF" });
+        let kind = joint.joint_type.symbol().to_owned();
+        return Err(Unfit::NoSuchJoint { joint: joint.name.clone(), kind, format: "SDF" });
     }
     let mut notes = extension::notes(mechanism);
     let massless: Vec<&str> = mechanism.bodies()[1..]

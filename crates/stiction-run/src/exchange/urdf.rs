@@ -67,7 +67,9 @@ pub fn urdf(home: &Home<'_>) -> Result<Urdf, Unfit> {
         _ => false,
     };
     if let Some(joint) = mechanism.joints().iter().find(lacks) {
-        return Err(Unfit::NoSuchJoint { joint: joint.name.clone(), format: "URDF" });
+        let drive = if joint.joint_type == JointType::Universal { " with an actuator" } else { "" };
+        let kind = format!("{}{drive}", joint.joint_type.symbol());
+        return Err(Unfit::NoSuchJoint { joint: joint.name.clone(), kind, format: "URDF" });
     }
     let mut notes = extension::notes(mechanism);
     let down = Vec3::new(0.0, 0.0, -9.81);

@@ -263,20 +263,19 @@ impl InverseDynamics {
     /// analyses static friction there. Afterwards [`Self::forces`] returns the forces at rest.
     ///
     /// # Errors
-    /// See [`InverseError`]. Returns [`InverseError::Unsettled`] if the configuration is singular,
-    /// or if constraints and actuators are both redundant.
+    /// See [`InverseError`]. Returns [`InverseError::Singular`] or [`InverseError::Unsettled`] if the
+    /// configuration is singular, and [`InverseError::TwoWeightings`] if constraints and actuators
+    /// are both redundant.
     ///
     /// # Panics
     /// If a load acts on a body that does not exist.
     pub fn rest(&mut self, loads: &[AppliedLoad<f64>]) -> Result<Rest, InverseError> {
         self.assembly.stop(&self.parameters);
         self.solve(loads)?;
+        let Compiled { model, inverse } = self.compiled.as_mut().map_err(|error| error.clone())?;
         if self.forces.bounds == Bounds::Unknown {
             return Err(InverseError::Unsettled);
         }
-        let Ok(Compiled { model, inverse }) = &mut self.compiled else {
-            return Err(InverseError::Unsettled);
-        };
         let (parameters, settings) = (&*self.parameters, &self.settings);
         let (_, kinematics) = self.assembly.parts();
         let position = bounds::Position { model, parameters, kinematics, loads, settings };

@@ -48,10 +48,12 @@ pub enum Unfit {
         joint: String,
     },
     /// The target format has no joint of this type.
-    #[error("{format} has no joint like `{joint}`")]
+    #[error("joint `{joint}` is of type {kind}, which {format} does not have")]
     NoSuchJoint {
         /// Name of the joint that cannot be converted.
         joint: String,
+        /// Type of the joint.
+        kind: String,
         /// Name of the target format.
         format: &'static str,
     },
