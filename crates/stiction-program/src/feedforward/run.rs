@@ -14,6 +14,10 @@ pub(crate) const DONE: f64 = 1e-14;
 /// error.
 pub(crate) const CLOSED: f64 = 1e-11;
 
+/// Value of a coordinate that few loops reach, rad or m, and at which round-off does not keep loops
+/// open.
+const FAR: f64 = 10.0;
+
 /// Inputs and results of a [`Feedforward`], and its tree coordinates from the last loop closure.
 #[derive(Clone, Debug)]
 pub struct FeedforwardMemory {
@@ -117,12 +121,12 @@ impl Feedforward {
         Err(before)
     }
 
-    /// Returns true if the loops cannot be closed at a value of the first prescribed coordinate far
-    /// from the home position. A screw and a guide in a loop close at any value.
+    /// Returns true if the loops cannot be closed at the value [`FAR`] of the first prescribed
+    /// coordinate. The loop of a screw and a guide closes at any value, except for round-off.
     pub(crate) fn is_bounded(&self) -> bool {
         let mut far = vec![0.0; self.sizes.prescribed];
         if let Some(first) = far.first_mut() {
-            *first = 1e30;
+            *first = FAR;
         }
         self.close(&mut self.memory(), &far).is_err()
     }
